@@ -83,9 +83,9 @@ def __getattr__(name: str) -> Any:
 
 
 def register(thing: Registered) -> Registered:
-    """Let scenarios and designs of this program name an own part.
+    """Register your own part, so that scenarios and designs of this program can name it.
 
-    A drive or machine, a fitness, a search strategy, a control law or a kind of controller.
+    It is a drive or machine, a fitness, a search strategy, a control law or a kind of controller.
 
     Raises:
         UserError: it is none of these, lacks something, or its name is that of a built-in one.

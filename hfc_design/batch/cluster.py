@@ -128,7 +128,9 @@ def connected(
     except TypeError:
         raise UserError(f"--scheduler {scheduler}: needs --tls-ca, --tls-cert, --tls-key") from None
     except ValueError as error:
-        raise UserError(f"--scheduler {scheduler}: must be an address (got {error})") from None
+        raise UserError(
+            f"--scheduler {scheduler}: must be an address such as tcp://HOST:PORT ({error})"
+        ) from None
     except (OSError, AssertionError):  # the latter where a handshake is broken off late
         known = " that knows these certificates" if given else ""
         raise RunError(

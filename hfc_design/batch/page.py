@@ -229,8 +229,8 @@ def _metrics(path: Path, groups: Sequence[Group]) -> tuple[Table, list[tuple[str
         write = score if key in SCORES else digits
         cells = [MISSING if x is None else write(factor * x) for x in values]
         rows.append([name, *cells])
-        # Scores are the better the larger, merits where all runs had the same; of others what is
-        # nearest to 0.
+        # Larger scores are better; merits are compared only if all runs have the same one.
+        # Of other metrics the value nearest to 0 is the best.
         sizes = [
             None if x is None or key == MERIT != group.key else x if key in SCORES else abs(x)
             for x, group in zip(values, groups, strict=True)

@@ -58,9 +58,9 @@ def stability(
     Without arguments: the stable range of the drive of Jee & Koren 2004. With a DESIGN of kind flc,
     aflc or soflc: also the gains of its rule table; if its plant is no feed drive, with --gain and
     --time-constant. With any DESIGN and no other option: the loop as simulated on its scenario,
-    opened at its command and linearised at rest and at the speeds of its motions. Gain, phase and
-    delay margin, largest sensitivity, bandwidth and compliance, of the nominal machine and as a
-    band over other machines.
+    opened at its command and linearised at rest and at the speeds of its motions. The tables give
+    gain, phase and delay margin, largest sensitivity, bandwidth and compliance, for the nominal
+    machine and as a range over other machines.
     """
     from hfc_design.calls import stability as calls
 

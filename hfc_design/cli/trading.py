@@ -15,9 +15,8 @@ if TYPE_CHECKING:
 
 #: Default strategy of --pareto.
 PRESET = "nsga-ii"
-#: Strategy that leads to the beginning of a front; generations that are then added, or their share
-#: of a set number.
-#: as are set this share.
+#: Strategy that searches the first design of a front; number of generations added for the front;
+#: share of the first search where ``--generations`` sets the sum.
 LEADER, SPREAD, LED = "cma", 120, 0.75
 
 

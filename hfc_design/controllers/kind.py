@@ -216,14 +216,15 @@ class ControllerRecord(Record):
     of_gains: ClassVar[Any] = None
     rule_base: ClassVar[RuleBase | None] = None
     no_rules: ClassVar[str] = "no rule tables"  # why, for who asks for a file of them
-    #: lookup(points) -> terms tabulated for a machine without exp: "law", that of the runtime with
-    #: them: limit -> AxisLaw, and how far it is off.
+    #: lookup(points) -> terms tabulated for a processor without exp: "law", the law of the runtime
+    #: with them (limit -> AxisLaw), and its largest deviation.
     lookup: ClassVar[Any] = None
     explain: ClassVar[Explain | None] = None
     #: table_gains() -> gains of the rule table, which a stable range bounds: name -> (K_1, K_2).
     table_gains: ClassVar[Any] = None
-    #: What ``hfc plot`` draws: pictures(drive) -> "surface", "terms", "tables", "tree", as far as
-    #: there are, -> name of a unit -> ``pictures.section.Drawn``; the last one where none is named.
+    #: What ``hfc plot`` draws: pictures(drive) -> for each available picture ("surface", "terms",
+    #: "tables", "tree") a function: name of a unit -> ``pictures.section.Drawn``. Without a name it
+    #: draws the last unit.
     pictures: ClassVar[Any] = None
 
     @classmethod

@@ -104,7 +104,7 @@ class Group(Generic[Thing]):
         """Return the plug-in with a name, from an installed package if necessary.
 
         Raises:
-            UserError: nothing here has that name, or the package's cannot be used.
+            UserError: no plug-in has that name, or that of a package cannot be used.
         """
         if name in self.known:
             return self.known[name]
@@ -314,9 +314,10 @@ def _check_fields(thing: Any, source: str) -> None:
 def chosen(
     group: Group[Any] | Callable[[], Group[Any]], part: str, key: str = "kind", default: str = ""
 ) -> WrapValidator:
-    """Validator of a file's table by the record that is ``part`` of the object its ``key`` names.
+    """Validator of a table of a file, whose ``key`` names an object of ``group``.
 
-    ``default`` is the name if the key is left out.
+    The record in the attribute ``part`` of that object checks the table. ``default`` is the name if
+    the key is left out.
     """
 
     def validated(data: Any, base: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:

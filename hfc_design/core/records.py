@@ -230,7 +230,7 @@ def checked(
     ``keys`` are those that it may have, ``context`` is for the validators.
 
     Raises:
-        UserError: the model does not allow data; a line a mistake, with file, key, value, rule.
+        UserError: the model does not allow the data; one line for each mistake.
     """
 
     def check(data: Plain) -> Checked:

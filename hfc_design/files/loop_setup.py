@@ -56,7 +56,7 @@ def load_design(name: AnyDesign, changes: Changes | None = None) -> Design:
 
 
 def _with_axes(design: Design, source: str) -> Design:
-    """The design with axes of its plant wherever its limits tell them apart.
+    """The design; if its limits name axes, with all axes of the machine in its plant.
 
     Raises:
         UserError: the limits are of an axis that the machine does not have.
@@ -66,7 +66,7 @@ def _with_axes(design: Design, source: str) -> Design:
     known = axes_of(design)
     for axis in design.limits.axes:
         if axis not in known:
-            hint = f"the machine has {', '.join(known)}; plant.axes names others"
+            hint = f"the machine has {', '.join(known)}; plant.axes can add others"
             raise UserError(f"{source}: limits.axes.{axis}: unknown axis, {hint}")
     axes = {axis: design.plant.axes.get(axis, {}) for axis in known}
     return design.model_copy(update={"plant": design.plant.model_copy(update={"axes": axes})})
@@ -284,10 +284,10 @@ def slower_drives(design: Design, scenario: Scenario) -> dict[str, float | None]
 
 
 def check_drives(design: Design, scenario: Scenario) -> None:
-    """Check that no drive of a loop on a simulated machine is slower than the commands.
+    """Check that the drives of a simulated loop can follow the fastest command of the design.
 
     Raises:
-        UserError: one is.
+        UserError: the ``command_rate`` of one is too small.
     """
     for axis, change in slower_drives(design, scenario).items():
         if change:

@@ -19,7 +19,7 @@ from hfc_design.objectives.tolerances import TolerancesSettings, tolerated
 from hfc_design.objectives.unsettled import SWING
 
 #: Whether a motion settles is judged by each half of its last quarter (``objectives.unsettled``),
-#: where what swings within SWING samples has to be seen.
+#: in which oscillations with periods of up to SWING samples have to be visible.
 LEAST_SAMPLES = int(8 * SWING)
 #: Standard deviation of what rounding to whole steps is off by, of a step.
 ROUNDING = 1.0 / sqrt(12.0)

@@ -31,7 +31,7 @@ from hfc_design.formats import writing
 from hfc_design.formats.scripts import function
 from hfc_design.formats.writing import Format
 
-CLASH = "{name!r} is a keyword of that format, or is used there for two things"
+CLASH = "{name!r} is a keyword of that format, or the same as another name there"
 
 
 class Input(NamedTuple):
@@ -160,7 +160,7 @@ def fml(design: Design) -> dict[str, str]:
         names = Counter(element.get("name") for element in ET.fromstring(text.encode()).iter())
         for name, count in names.items():
             if name is not None and count > 1:
-                fault = f"two things would be called {name}; rename one of them"
+                fault = f"two names would become {name}; rename one of them"
                 raise UserError(f"{option('to', 'fml')}: {fault}")
     return files
 

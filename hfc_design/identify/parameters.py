@@ -15,8 +15,8 @@ from plants import Drive
 
 #: Largest factor between an undetermined parameter and its start.
 FACTOR = 30.0
-#: Factors of wrong units, mm or um for m, turns a minute, degrees. Other factors are no evidence: a
-#: fit may have begun with the values of quite another machine.
+#: Factors that show a wrong unit: mm or um for m, rev/min, degrees. Other factors show nothing: a
+#: fit may start with the values of a very different machine.
 UNITS = np.log([1e3, 1e6, 60.0, 57.3])
 #: Scale of a parameter of either sign that starts at 0 [its unit].
 SMALL = 0.1

@@ -195,7 +195,7 @@ def find_column(one: Column, log: Log, drive: Drive) -> Column:
     units = [end for _, end in parts_of(one.column)]
     if units == ["%"] and TOLD.fullmatch(one.column):
         raise ValueError(
-            f"column {one.column[:60]}: needs the unit of a per cent; "
+            f"column {one.column[:60]}: needs the value of 1 %; "
             f"{column_hint(one.name)}, as [0.1 {unit}]"
         )
     return one._replace(unit=next(filter(None, (unit_of(x, unit, drive) for x in units)), None))

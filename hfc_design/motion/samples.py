@@ -32,7 +32,7 @@ class AxisSamples(NamedTuple):
 class PathFrame(NamedTuple):
     """Path of a machine at the commanded places, one column per control sample.
 
-    Its way counts in the unit of the linear axes, or in that of the rotary axes if only these move.
+    Distance along it has the unit of the linear axes, or of the rotary axes if only these move.
     """
 
     #: Derivative (steps,) of every axis by the way; a unit vector of the axes that it counts in.

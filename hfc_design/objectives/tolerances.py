@@ -22,7 +22,7 @@ FINEST = 1e-6
 class Weighed(Record):
     """A target with a weight other than 1."""
 
-    tolerance: Quantity  # target: a number, or a string with a unit [of the measure]
+    tolerance: Quantity  # target: a number, or a string with a unit [of the metric]
     weight: Positive = 1.0  # weight relative to the others [1]
 
 
@@ -30,11 +30,11 @@ Tolerances = Annotated[dict[str, Quantity | Weighed], Field(min_length=1)]
 
 
 class TolerancesSettings(ObjectiveSettings):
-    """Measures by name, each with its target."""
+    """Metrics by name, each with its target."""
 
     kind: Literal["tolerances"] = "tolerances"
     #: targets: metrics by name, each with the value that is good enough: a number, a string with a
-    #: unit, or a table { tolerance = ..., weight = ... } [of the measure]
+    #: unit, or a table { tolerance = ..., weight = ... } [of the metric]
     tolerances: Tolerances = {"settled_rms_error": 1e-3}
     #: width of the band for band_time: a number, or a string with a unit [error]
     band: Quantity | None = None
@@ -68,7 +68,7 @@ class TolerancesSettings(ObjectiveSettings):
 
 @cache
 def tolerances(weighed: tuple[tuple[Metric, float, float], ...]) -> Objective:
-    """``1 / cost``; the cost is the weighted mean of measure / target: 1 is just good enough.
+    """``1 / cost``; the cost is the weighted mean of metric / target: 1 is just good enough.
 
     ``weighed`` has measures, targets [units of the drive] and weights.
     """
@@ -113,7 +113,7 @@ def _score(each: tuple[tuple[Scalar, Any], ...], sums: Sums) -> Scalar:
 
 
 def tolerated(settings: TolerancesSettings) -> tuple[tuple[Metric, float, float], ...]:
-    """Measures, targets [units of the drive] and weights of settings ``on`` a machine."""
+    """Metrics, targets [units of the drive] and weights of settings ``on`` a machine."""
     rows: list[Any] = []
     for name, weighed in settings.tolerances.items():
         assert isinstance(weighed, Weighed)  # after ``on``

@@ -1,4 +1,4 @@
-"""Objectives of a front, by name: measures, or the number of units that matter."""
+"""Objectives of a front, by name: metrics, or the number of units that matter."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -66,7 +66,7 @@ def traded(names: Sequence[str], fitness: Any, units: Units, path: bool) -> tupl
 
 
 def _measured(name: str, fitness: Any, path: bool) -> str:
-    """Name of the measure that is meant."""
+    """Name of the metric that is meant."""
     if name == EFFORT:
         return "rms_command"
     if name != TRACKING:

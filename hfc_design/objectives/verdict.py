@@ -94,7 +94,7 @@ class Ensemble(NamedTuple):
         return self._replace(constraints=tuple(less))
 
     def costs(self, values: Floats) -> Floats:
-        """(designs, measures) reduced from ``values`` (designs, machines, motions, measures).
+        """(designs, metrics) reduced from ``values`` (designs, machines, motions, metrics).
 
         The reduction is that of merits: mean over the motions, then the chosen rule over the
         machines.

@@ -39,7 +39,7 @@ OTHER = Move(1.0, 1.0, 5.0, 1e-3, 100.0)
 SAMPLES = {"feed-drive": 0.01, "milling-table": 0.005}
 FIVE, ELSE = 0.002, 0.001
 #: Sensors and limits of such drives: those of c-axis-practical, positioning-stage-move,
-#: milling-table-robust and five-axis-robust; a feed drive counts itself.
+#: milling-table-robust and five-axis-robust; a feed drive has its own encoder.
 SENSED: dict[str, dict[str, Plain]] = {
     "c-axis": {
         "sensors.encoder_resolution": 3e-6,

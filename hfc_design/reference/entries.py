@@ -25,7 +25,7 @@ SCENARIO, DESIGN, KEY, DESIGN_KEY = "scenario", "design", "key", "design-key"
 #: What is ``allowed`` of metrics that no scenario can name, and of margins of a loop.
 IN_TABLES, IN_CONSTRAINTS = "in tables only", "in [constraints] only"
 #: Unit of a value that is measured in the unit of the metric whose name stands at its key.
-OF_METRIC = "of the measure"
+OF_METRIC = "of the metric"
 
 
 class Entry(NamedTuple):

@@ -144,7 +144,7 @@ def distributions(judged: Robustness | Usable, title: str) -> Figure:
 
 
 def _in_motions(judged: Usable, title: str) -> Figure:
-    """A row for each motion, a column for each measure."""
+    """A row for each motion, a column for each metric."""
     rows, columns = len(judged.motions), len(judged.units)
     share = f"{100 * judged.good.mean():.4g} % pass"
     machines = f"{len(judged.good)} machines within ±{100 * judged.spread:g} %: {share}"

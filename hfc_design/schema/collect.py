@@ -180,9 +180,8 @@ PLUGINS: dict[str, tuple[Group[Any], Callable[[Any], Iterator[Entry]]]] = {
 }
 #: Tables with the keys of [load].
 AS_LOAD = "motions.N.load.", "load.axes.AXIS."
-#: Tables of a scenario whose keys depend on the thing that they name: the key with the name, its
-#: default, and the available things.
-#: and what there is.
+#: Tables of a scenario whose keys depend on the kind that they name: the key with the name, its
+#: default, and the available kinds.
 CHOSEN: dict[str, tuple[str, str, Group[Any] | None]] = {
     "reference": ("kind", "ramp", None),
     "fitness": ("kind", "lin-lee", OBJECTIVES),

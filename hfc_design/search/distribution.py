@@ -13,8 +13,8 @@ from hfc_design.core.numbers import Floats
 
 #: Numbers of which the whole covariance is adapted, at most.
 WHOLE = 40
-#: How much more the later means count in their average, as one that follows noise wanders: it is
-#: about that of the last third (Shamir and Zhang, ICML 2013).
+#: How much more later means count in the average that reduces noise, which is about that of the
+#: last third (Shamir and Zhang, ICML 2013).
 LATER = 2.0
 #: Smallest variance of a direction, in shares of the largest, and the largest step.
 SMALLEST, LARGEST_STEP = 1e-16, 1e6

@@ -44,12 +44,12 @@ class Polishable(NamedTuple):
     """Interface of a problem that can be polished."""
 
     genome: Genome
-    #: (n, 1 or more) all that an individual is ranked by, the larger the better; -inf: it failed.
+    #: (n, 1 or more) numbers by which individuals are ranked, larger is better; -inf: it failed.
     worth: Callable[[Population], Floats]
-    #: (individuals, random numbers) -> (n,) much the same on fewer machines; compared within one
-    #: call only.
+    #: (individuals, random numbers) -> (n,) an estimate of this on fewer machines, which can be
+    #: compared within one call only.
     screened: Callable[[Population, np.random.Generator], Floats]
-    #: The normal equations about a population of one; None where they are not finite. None where
+    #: Normal equations about a population of one; returns None where they are not finite. None if
     #: the machine has no such derivatives.
     quadratic: Callable[[Population, np.random.Generator], Quadratic | None] | None = None
     proposed: int = 127  # individuals of a step

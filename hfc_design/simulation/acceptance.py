@@ -94,12 +94,12 @@ class Stressed(NamedTuple):
     holds: bool
     share: float  # of the machines that hold without it
     merit: float  # of the median machine, times that without it; 0: it fails
-    #: Where it breaks: the least size that was tried and does, as a share of the whole and in
-    #: words, and what happens then. Nothing of one that holds.
+    #: Smallest size tried at which the design fails, as a share of the whole size and in words, and
+    #: how it fails. Not used if the design withstands the stress.
     part: float = 1.0
     breaks: str = ""
     why: str = ""
-    held: str = ""  # the largest part before that which was tried, in words
+    held: str = ""  # the largest smaller size that was tried, in words
 
     def numbers(self) -> Json:
         """Return plain data."""
@@ -179,10 +179,10 @@ class Usable(NamedTuple):
 
     @property
     def missed(self) -> Json:
-        """Measures that miss the scenario's own target: by what factor, and in which motion most.
+        """Metrics that miss the scenario's own target: by what factor, and in which motion most.
 
         They are those of the median machine, or of the nominal one in a motion that is required of
-        it alone. Measures that meet their target are left out.
+        it alone. Metrics that meet their target are left out.
         """
         return missed({one.name: one.numbers() for one in self.motions})
 
@@ -277,9 +277,9 @@ def gain_text(gain: tuple[float, float]) -> str:
 
 
 def missed(motions: Json) -> Json:
-    """Measures beyond their target: ``times`` the target, and the ``motion`` where it is most.
+    """Metrics beyond their target: ``times`` the target, and the ``motion`` where it is most.
 
-    ``motions`` are those of ``Usable.numbers``. The measures are those of the median machine, or of
+    ``motions`` are those of ``Usable.numbers``. The metrics are those of the median machine, or of
     the nominal machine in a motion that is required of it alone.
     """
     misses: Json = {}
@@ -293,7 +293,7 @@ def missed(motions: Json) -> Json:
 
 
 def missed_text(misses: Json, motions: int = 2) -> str:
-    """The missed measures as a line, "" if there are none; a single motion is not named."""
+    """The missed metrics as a line, "" if there are none; a single motion is not named."""
     targets = [
         f"{name} {three_digits(one['times'])}" + (f" ({one['motion']})" if motions > 1 else "")
         for name, one in misses.items()
@@ -307,7 +307,7 @@ def missed_text(misses: Json, motions: int = 2) -> str:
 def measured_loop(
     design: Design, scenario: Scenario, later: float | None = None
 ) -> tuple[Loop, Gains]:
-    """Loop and gains of a design, with all measures of usability (``later``: ``closed_loop``)."""
+    """Loop and gains of a design, with all metrics of usability (``later``: ``closed_loop``)."""
     controller, gains = controller_of(design, scenario)
     loop = closed_loop(scenario, controller, later)
     measures = tuple(one.metric for group in _measured(scenario) for one in group)
@@ -329,7 +329,7 @@ def _values(scenario: Scenario, judged: Judged) -> list[dict[str, tuple[Constrai
 
 
 def units(scenario: Scenario) -> dict[str, str]:
-    """Unit in which each measure is shown."""
+    """Unit in which each metric is shown."""
     return {one.name: _unit(one, scenario) for one in _reported(scenario)}
 
 
@@ -357,7 +357,7 @@ def bounds_of(scenario: Scenario, judged: Judged) -> dict[str, tuple[Constraint,
 
 
 def _tolerances(scenario: Scenario) -> list[Constraint]:
-    """Single measures with a target in the scenario's fitness; none with another fitness."""
+    """Single metrics with a target in the scenario's fitness; none with another fitness."""
     fitness = scenario.fitness.on(scenario.units)
     if not isinstance(fitness, TolerancesSettings):
         return []
@@ -365,7 +365,7 @@ def _tolerances(scenario: Scenario) -> list[Constraint]:
 
 
 def tolerated_metrics(scenario: Scenario) -> dict[str, tuple[Metric, str]]:
-    """Measures with a target in the scenario's fitness, and meanings, by keys of metrics."""
+    """Metrics with a target in the scenario's fitness, and meanings, by keys of metrics."""
     metrics = {}
     for one, _ in _tolerances(scenario):
         unit = " ".join(scenario.units.signals.get(word, word) for word in one.unit.split(" "))

@@ -266,8 +266,8 @@ def compare(
     called after every chunk of machines.
 
     Raises:
-        UserError: there are fewer than two designs, one stands there twice or cannot run;
-            or a number is not allowed.
+        UserError: there are fewer than two designs, one is given twice or cannot run, or a number
+            is not allowed.
     """
     named = labelled(designs)
     if len(named) < 2:

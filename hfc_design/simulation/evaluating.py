@@ -106,8 +106,8 @@ class Evaluation(NamedTuple):
     contour: Contour | None  # of an X-Y machine on a path
     substeps: int = 1  # with which it was simulated; more than the scenario's where that diverged
     divergence: Divergence | None = None  # when and why it diverged
-    #: Of a scenario of several motions the evaluation of each, by its name; what is above this is
-    #: that of the first one then, but for fitness, merit and metrics, which are of all.
+    #: Evaluation of each motion by name, if the scenario has several. Fitness, merit and metrics
+    #: above are then those of all motions, the other fields those of the first.
     motions: Mapping[str, "Evaluation"] = MappingProxyType({})
     #: "fitness" and "merit" -> those of repeats; nothing where none were simulated.
     repeats: Each = MappingProxyType({})

@@ -149,9 +149,9 @@ class _Machines:
         self.size = self.begun(1.0).shape[1] - speeds.shape[1]
 
     def begun(self, factor: float) -> Floats:
-        """(lanes, states + axes) with nothing remembered, where all has the speeds times a factor.
+        """(lanes, states + axes) at the first sample, with all speeds multiplied by a factor.
 
-        And about the commands that these take.
+        The last ones are about the commands that these speeds need.
         """
         speeds, pushes = factor * self.speeds, self._pushes * self.speeds * (factor == 1.0)
         drives, states = self._loop.machine.drives, []

@@ -92,7 +92,7 @@ def drawn(
 
 
 def _around(name: str, most: float, shape: tuple[int, int], seed: list[int]) -> Floats:
-    """(axes, machines) of what differs around every drive, of the nominal machine nothing."""
+    """(axes, machines) values of an effect around every drive; the nominal machine has none."""
     place = np.random.default_rng(seed).uniform(0.0 if name == "backlash" else -1.0, 1.0, shape)
     place[:, 0] = 0.0
     return most * place + (name == "noise")

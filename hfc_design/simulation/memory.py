@@ -27,8 +27,9 @@ PROGRAM, SUBSTEP, LOAD, NUMBER = 0.32e9, 1.8e6, 48, 26
 DERIVATIVE, MACHINE, COPIES = 27, 8_000, 9
 #: What ``--memory`` may say behind its number.
 UNITS = {"K": 1e3, "M": 1e6, "G": 1e9, "T": 1e12, "": 1.0}
-#: By the controller that /proc/self/cgroup names, "" in version 2: files of a group's bound and of
-#: what it uses [bytes], and the key of that part of it which caches files and can be dropped.
+#: By the controller that /proc/self/cgroup names ("" in version 2): files with the limit of a group
+#: and the memory that it uses [bytes], and the key of the part of it that is file cache, which the
+#: system can free.
 CONTROL_GROUPS = {
     "": ("memory.max", "memory.current", "inactive_file"),
     "memory": ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"),
@@ -62,10 +63,10 @@ def of_search(scenario: Scenario, genome: Genome) -> Parts:
 
 
 def check(what: str, parts: Parts, at_once: int = 1) -> None:
-    """Refuse a computation that needs more memory than allowed, with ``at_once`` of it together.
+    """Refuse a computation of which ``at_once`` together need more memory than allowed.
 
     Raises:
-        UserError: it does, or the bound is not a size.
+        UserError: they need more, or the limit is not a size.
     """
     needed, most = at_once * (PROGRAM + sum(parts.values())), max(parts, key=parts.__getitem__)
     if setting := os.environ.get(VARIABLE):

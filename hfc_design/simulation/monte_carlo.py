@@ -37,8 +37,8 @@ Progress = Callable[[int, int], None]
 
 #: Machines that are simulated together, at most; more of them are no faster.
 CHUNK = 64
-#: The same where some are simulated again: always so many, so that one compiled program does for
-#: every number of them and every design of a kind.
+#: Machines that are simulated together if some are repeated: a fixed number, so that one compiled
+#: program serves any number of repeats and every design of a kind.
 FEW = 16
 #: Samples of an axis that are kept at once, all machines together: about 80 MB.
 KEPT = 1_000_000
@@ -233,9 +233,9 @@ def _columns(
 def _motions(
     design: Design, scenario: Scenario, machines: Machines, progress: Progress, at_once: int
 ) -> Iterator[tuple[Evaluation, Judged]]:
-    """Evaluation of every machine in turn, without the motion, and what ``instabilities`` needs.
+    """Evaluation of every machine in turn, and the results that ``instabilities`` needs.
 
-    At most ``at_once`` step together. The first one has its motion still.
+    At most ``at_once`` machines are simulated together. Only the first one keeps its motion.
     """
     controller, gains = controller_of(design, scenario)
     loop, samples, count = closed_loop(scenario, controller), scenario.samples(), machines.size

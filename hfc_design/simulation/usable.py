@@ -106,10 +106,10 @@ def merit(scenario: Scenario, merits: ArrayLike) -> float:
 
 
 class _InUse(NamedTuple):
-    """A loop of which is measured what tells whether it can be used, in the scenario's motions."""
+    """A loop in the motions of a scenario, with the measurements that show whether it is usable."""
 
     scenario: Scenario
-    later: float | None  # room for a command that comes later by that; None: no stress
+    later: float | None  # additional delay that the loop has room for; None: no stress
     loop: Loop
     gains: Gains
     samples: list[Samples]

@@ -61,9 +61,9 @@ def tables(numbers: Json) -> list[Table]:
 
 
 def motions_table(numbers: Json, largest: bool = False) -> Table:
-    """Table of the motions: a row each with the share that passes, and each measure.
+    """Table of the motions: a row each with the share that passes, and each metric.
 
-    ``largest``: the median and the largest of all measures; otherwise those that say most.
+    ``largest``: the median and the largest of all metrics; otherwise the most important ones.
     """
     tracked = "median", "largest" if largest else "q95"
     motions, tracking = numbers["motions"], next(iter(numbers["units"]))
@@ -88,7 +88,7 @@ def motions_table(numbers: Json, largest: bool = False) -> Table:
 
 
 def _shown(value: float | None, factor: float) -> str:
-    """A measure times ``factor``; "diverges" for an impossibly large one."""
+    """A metric times ``factor``; "diverges" for an impossibly large one."""
     if value is None:
         return MISSING
     return "diverges" if abs(factor * value) >= RUNAWAY else three_digits(factor * value)

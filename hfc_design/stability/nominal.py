@@ -92,8 +92,8 @@ class Steady(NamedTuple):
 class Slides:
     """Drive with differentiated steps, averaged over a ``way``; JAX must have float64.
 
-    ``along`` (states,) is what a unit of way moves. Without it, it is found in the mean over a way
-    that moves all encoders alike, which leaves linear parts as they are.
+    ``along`` (states,) is the change of the states over a unit of travel. By default it is found in
+    the mean over a travel of all encoders, which does not change linear parts.
     """
 
     def __init__(
@@ -197,9 +197,9 @@ class Slides:
     def slowest(self, dt: float) -> Motion | None:
         """Return the motion of the lowest speed above which the command's growing part is larger.
 
-        The growing part is ``v du/dv``, compared with ``u - v du/dv``, of the command u of steady
-        motion with the speed v. Without Coulomb friction it is the lowest speed of all, without
-        viscous friction the highest.
+        For the command u of steady motion at the speed v, the growing part is ``v du/dv``, the
+        other part ``u - v du/dv``. Without Coulomb friction the motion is that of the lowest speed
+        of all, without viscous friction that of the highest.
         """
         candidate, low = None, None
         for speed in SPEEDS.tolist():

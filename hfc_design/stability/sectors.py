@@ -171,7 +171,7 @@ def _checked(
         row, column = wrong[0]
         raise UserError(
             f"singleton of row {row + 1}, column {column + 1} = {table[row, column]}: "
-            f"must be within {-LARGEST:g} and {LARGEST:g}"
+            f"must be between {-LARGEST:g} and {LARGEST:g}"
         )
     inputs = {"error": error_terms, "change of error": change_terms}
     for name, terms in inputs.items():

@@ -177,8 +177,8 @@ TABLE_2 = (
 )
 #: LG09 Table 1: proportional gain [1/s], speed over error.
 GAIN = 33.33
-#: Defaults of a start that is not given: the switching part in shares of the largest command, its
-#: layer in shares of the largest error, the time to learn the command of a steady error [s].
+#: Defaults if no start is given: switching part as a share of the largest command, its boundary
+#: layer as a share of the largest error, time to learn the command of a steady error [s].
 SWITCHING, LAYER, LEARNING = 0.02, 0.05, 0.1
 
 

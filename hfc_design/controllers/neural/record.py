@@ -164,8 +164,8 @@ class NeuralSettings(GainsSettings):
         return self.start.weights if self.start is not None else drawn(self.hidden, self.seed)
 
 
-#: Default units of changes and commands: errors are counted in their root mean square, changes in
-#: twice that, commands in a tenth of theirs, which suits the numbers of the paper.
+#: Default units of changes and commands, which suit the numbers of the paper: changes are counted
+#: in twice the root mean square of the errors, commands in a tenth of that of the commands.
 CHANGE, COMMAND = 2.0, 0.1
 
 
@@ -190,7 +190,7 @@ class Trained(NamedTuple):
 def begun(
     start: ControllerRecord | None, numbers: Json, lesson: Lesson, errors: Floats, commands: Floats
 ) -> NeuralDesign:
-    """Return the network before its ``lesson``: that of ``start``, or an untrained one.
+    """Return the network before its training (``lesson``): that of ``start``, or an untrained one.
 
     ``numbers`` are keys of a ``NeuralDesign``.
 

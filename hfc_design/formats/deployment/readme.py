@@ -29,7 +29,7 @@ class Signal(NamedTuple):
 
 
 class Measure(NamedTuple):
-    """Row of the score: a measure for the motion or axis where it is largest."""
+    """Row of the score: a metric for the motion or axis where it is largest."""
 
     name: str
     value: str
@@ -141,7 +141,7 @@ def _connecting(design: Design) -> list[str]:
 
 
 def measures(score: Json) -> list[Measure]:
-    """Return the measures of a score that count at the machine, the largest value of each."""
+    """Return the metrics of a score that matter at the machine, with the largest value of each."""
     largest: dict[str, tuple[float, str]] = {}
     for key, value in score.items():
         named = MEASURES.fullmatch(key)

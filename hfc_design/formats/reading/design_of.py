@@ -267,7 +267,7 @@ def _hierarchy(base: Json, system: System, signals: tuple[str, str]) -> Json:
     first, second = system.inputs
     for item in system.inputs:
         if item.low < -1.0 or item.high > 1.0:
-            raise item.name.fault(f"input {item.name.text}: its range must be within -1 and 1")
+            raise item.name.fault(f"input {item.name.text}: its range must be between -1 and 1")
     if [term[1:] for term in first.terms] != [term[1:] for term in second.terms]:
         raise ValueError("both inputs must have the same terms in a hierarchy")
     scales = {item["name"]: item["scale"] for item in base.get("inputs", ())}

@@ -24,8 +24,8 @@ from hfc_design.search.successive_halving import heats
 ASKING = 18
 #: How often samples are drawn in place of those that are broken before anything is simulated.
 AGAIN = 3
-#: First means that are looked at, how far around, in first standard deviations, and how many
-#: generations of them are simulated.
+#: Number of first means that are drawn, their spread in first standard deviations, and number of
+#: generations in which the best of them are simulated.
 MANY, WIDE, TRIED = 2048, 4.0, 6
 #: Averages that are kept on the way: of few machines the last one need not be the soundest.
 TRAIL = 40
