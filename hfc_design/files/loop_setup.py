@@ -293,7 +293,7 @@ def check_drives(design: Design, scenario: Scenario) -> None:
         if change:
             rate = scenario.limits.of(axis).command_rate
             raise UserError(
-                f"scenario {scenario.name}: limits.command_rate = {rate}: is slower than "
+                f"scenario {scenario.name}: limits.command_rate = {rate}: is below "
                 f"the limit of design {design.name}, which a simulated loop cannot "
                 "represent; give the design that limit"
             )

@@ -47,7 +47,7 @@ def imported(path: Path, wish: Wish) -> Design:
     """Read a design from the file or folder ``path``, completed by ``wish``.
 
     Raises:
-        UserError: the file cannot be read, or does not hold exactly what a design can.
+        UserError: the file cannot be read, or contains something that a design cannot represent.
     """
     ending = ".csv" if isdir(path) else path.suffix.lower()
     if ending in LEARNT:
