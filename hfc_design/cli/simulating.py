@@ -61,7 +61,7 @@ def score(
 
 
 def _show_kept(loops: Loops, k: int = 0, err: bool = False) -> None:
-    """Print the design's own settings that it keeps on a scenario that it was not made with."""
+    """Print the design's own settings that it keeps on another scenario than its own."""
     from hfc_design.files.transfer import transfer_report
 
     where = loops.scenarios[k]

@@ -142,7 +142,7 @@ def _primed(
 def _sample(
     xp: Xp, law: AxisLaw, gains: Gains, memory: ConnectedMemory, signals: Signals
 ) -> tuple[Scalar, ConnectedMemory, Any]:
-    """The command that the drive is to have, what to remember, and what the law made it of."""
+    """The command for the drive, the new memory, and the parts of the law's command."""
     wrapped: Inside = law.structure
     inner = wrapped.law._replace(limit=law.limit, sample_time=law.sample_time)
     seen, drive = _sensed(xp, wrapped.connection.sensing, law.sample_time, memory.drive, signals)

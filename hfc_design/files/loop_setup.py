@@ -276,7 +276,7 @@ def controller_of(design: Design, scenario: Scenario) -> tuple[Controller, Gains
 
 
 def slower_drives(design: Design, scenario: Scenario) -> dict[str, float | None]:
-    """Largest change of the command of each axis with a drive slower than the design, or None."""
+    """Largest change of the command per sample of each axis whose drive limits it, else None."""
     axes = scenario.plant.machine.axes
     drives = scenario.limits.changes(axes, scenario.simulation.sample_time_s)
     design_changes = design.changes(axes)

@@ -113,7 +113,7 @@ def _system(ending: str, texts: dict[str, str], wish: Wish) -> tuple[System, Jso
 
 
 def _learned(path: Path, ending: str, wish: Wish) -> Design:
-    """Return the design that ``wish`` names with what its code has learned on a machine."""
+    """Return the design that ``wish`` names, with the values that its code learned on a machine."""
     from hfc_design.files.loop_setup import load_design  # with JAX
 
     if wish.like is None:
