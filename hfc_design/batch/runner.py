@@ -113,7 +113,7 @@ def run_cells(
     A cell that fails does not stop the others.
 
     Raises:
-        RunError: the folder of the batch cannot be written, or the place is lost.
+        RunError: the folder of the batch cannot be written, or the workers are lost.
     """
     waiting = deque(cells)
     running: dict[Any, tuple[Cell, ExitStack]] = {}

@@ -312,9 +312,9 @@ def _sensed(
 
 
 def _folded(xp: Xp, sensing: Sensing, angle: str, difference: Scalar) -> Scalar:
-    """A difference of two readings of an angle; of one that begins anew after a turn the short way.
+    """A difference of two readings of an angle: the short way if a reading restarts after a turn.
 
-    A simulated reading does not begin anew, and nothing is folded of two that are near.
+    Simulated readings do not restart; small differences are not changed.
     """
     if not sensing.turn or angle != sensing.position:
         return difference

@@ -248,7 +248,7 @@ def next_state(
 
 
 def _in_precision(before: LoopState, after: LoopState) -> LoopState:
-    """State ``after`` in at most the precision of ``before``; arrays of a user's law may have more."""
+    """State ``after``, at most as precise as ``before``: arrays of a user's law may be more so."""
 
     def rounded(old: Any, new: Any) -> Any:
         kinds = getattr(old, "dtype", None), getattr(new, "dtype", None)
