@@ -69,7 +69,7 @@ Registered = TypeVar("Registered")
 
 
 def __dir__() -> list[str]:
-    """What a script may name, for completion; not what this module itself is made of."""
+    """Names for scripts, for completion; without the names that only this module uses."""
     return sorted(__all__)
 
 

@@ -24,7 +24,8 @@ def trading(scenario: str, names: str, settings: dict[str, Any], changes: Texts)
     """Changes of a scenario for ``--pareto names``, with the ``settings`` of options.
 
     Population and generations of a scenario are meant for its own strategy; another one has its
-    own unless they are set. The strategy ``cma`` of a scenario leads to the beginning of a front.
+    own unless they are set. If that of the scenario is ``cma``, it first searches the design from
+    which the front begins.
 
     Raises:
         UserError: the chosen strategy or the objectives are not possible.

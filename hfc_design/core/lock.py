@@ -86,7 +86,7 @@ def exclusive(folder: Path) -> Iterator[None]:
     A folder that was not there before, and in which nothing was written, is removed.
 
     Raises:
-        RunError: another one does, or the lock cannot be written.
+        RunError: another process has locked it, or the lock cannot be written.
     """
     new = not folder.exists()
     try:

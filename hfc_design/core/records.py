@@ -91,7 +91,7 @@ class Record(BaseModel):
 
     @classmethod
     def _without_truths(cls, data: Any) -> Any:
-        """``data`` with nothing for a number in the place of what Python alone takes for one."""
+        """``data`` with ``...`` in place of values that only Python takes for numbers, as True."""
         if not isinstance(data, dict) or not any(map(_no_number, data.values())):
             return data
         kinds = {name: one.annotation for name, one in cls.model_fields.items()}

@@ -109,7 +109,7 @@ class Limits(PerAxisRecord):
         return {axis: rate and rate * sample_time for axis, rate in rates.items()}
 
     def beside(self, *used: str) -> Json:
-        """What an axis has besides the keys ``used``, by its full keys; nothing of defaults."""
+        """Values of an axis by full keys, without the keys ``used`` and without defaults."""
         left = self.model_dump(exclude={"axes", *used}, exclude_defaults=True)
         return {f"limits.{key}": x for key, x in left.items()}
 

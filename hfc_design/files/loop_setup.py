@@ -276,7 +276,7 @@ def controller_of(design: Design, scenario: Scenario) -> tuple[Controller, Gains
 
 
 def slower_drives(design: Design, scenario: Scenario) -> dict[str, float | None]:
-    """Largest change of the command of each axis with a drive slower than the design, or None."""
+    """Largest change of the command per sample of each axis whose drive limits it, else None."""
     axes = scenario.plant.machine.axes
     drives = scenario.limits.changes(axes, scenario.simulation.sample_time_s)
     design_changes = design.changes(axes)
@@ -293,7 +293,7 @@ def check_drives(design: Design, scenario: Scenario) -> None:
         if change:
             rate = scenario.limits.of(axis).command_rate
             raise UserError(
-                f"scenario {scenario.name}: limits.command_rate = {rate}: is slower than "
+                f"scenario {scenario.name}: limits.command_rate = {rate}: is below "
                 f"the limit of design {design.name}, which a simulated loop cannot "
                 "represent; give the design that limit"
             )

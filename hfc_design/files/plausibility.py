@@ -121,7 +121,7 @@ def _coarse(motion: Scenario) -> Iterator[str]:
 
 
 def _axes(scenario: Scenario) -> list[tuple[str, str]]:
-    """Each axis, and what stands before its keys."""
+    """Each axis, and the prefix of its keys."""
     names = scenario.plant.machine.axes
     sensor_axes = scenario.sensors.axes
     return [(name, f"axes.{name}." if name in sensor_axes else "") for name in names]

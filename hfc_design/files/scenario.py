@@ -87,7 +87,7 @@ class Scenario(Record, metaclass=Asked):
     run: RunSettings = RunSettings()  # computation
     windows: tuple[Window, ...] = ()  # parts of the motion with additional metrics
     #: metrics by name, each with its largest allowed value: a number, or a string with a unit [of
-    #: the measure]; band: the width for band_time; for the linearised loop the largest sensitivity
+    #: the metric]; band: the width for band_time; for the linearised loop the largest sensitivity
     #: and the smallest gain_margin, phase_margin_deg and delay_margin_samples
     constraints: Constraints = Field({}, exclude_if=not_)
     #: perturbed machines on which every candidate is tested; left out: only the nominal machine

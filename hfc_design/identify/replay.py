@@ -185,10 +185,9 @@ def shifted(body: Body, state: State, place: Scalar, rate: Scalar) -> State:
 
 @cache  # a replay inside of compiled code finds it here
 def rigid_body(drive: Drive, parameters: Parameters) -> Body:
-    """Travel of each angle for a travel of the axis of 1 without deformation.
+    """Travel of each angle per unit of travel of the axis, without deformation.
 
-    A shift by it moves nothing that did not move before; it includes gears, with the ratios of the
-    ``parameters`` (floats).
+    Such a shift causes no forces. It includes gears, with the ratios in ``parameters`` (floats).
     """
     pairs = rates_of(drive)
     names = list(pairs)

@@ -77,8 +77,9 @@ class Simulation(Record):
     """Duration and step: LL prints neither.
 
     With one step a millisecond the published controllers are exact to 2e-8 rad on their ramps.
-    Designs that are searched for the cutting load are sharper and may be chaotic: there a step
-    decides as much as a last bit does, up to 2e-3 rad, and only a range of the fitness means much.
+    Designs that are searched for the cutting load are more aggressive and may be chaotic: there the
+    step has as much influence as a last bit, up to 2e-3 rad, and only a range of the fitness is
+    meaningful.
     """
 
     duration_s: Positive = 10.0  # duration of a motion [s]

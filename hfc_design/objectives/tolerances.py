@@ -70,7 +70,7 @@ class TolerancesSettings(ObjectiveSettings):
 def tolerances(weighed: tuple[tuple[Metric, float, float], ...]) -> Objective:
     """``1 / cost``; the cost is the weighted mean of metric / target: 1 is just good enough.
 
-    ``weighed`` has measures, targets [units of the drive] and weights.
+    ``weighed`` has metrics, targets [units of the drive] and weights.
     """
     measures = [one for one, _, _ in weighed]
     whole = sum(weight for _, _, weight in weighed)

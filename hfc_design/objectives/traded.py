@@ -38,7 +38,7 @@ def check_names(names: Sequence[str]) -> None:
 def traded(names: Sequence[str], fitness: Any, units: Units, path: bool) -> tuple[Traded, ...]:
     """The objectives with these names, for a scenario with that ``[fitness]``.
 
-    ``tracking`` is the first measure of an error that the targets name; with another fitness
+    ``tracking`` is the first metric of an error that the targets name; with another fitness
     the rms of the contour error of a machine on a path, else of the error. ``effort`` is the rms
     of the command.
 

@@ -59,7 +59,7 @@ def axis_panels(evaluations: Evaluations, k: int, spring: bool = True) -> list[P
 
 
 def path_panels(evaluations: Evaluations) -> list[Panel]:
-    """Errors of each design off its path, as in ``path_errors``; none without a path."""
+    """Contour errors of each design, as in ``path_errors``; none without a path."""
     each = [path_errors(one, evaluations.values()) for one in evaluations.values()]
     ends = [drawn_samples(one) for one in evaluations.values()]
     panels = []

@@ -184,7 +184,7 @@ def _possible(scored: State, empty: Population) -> bool:
 
 
 def _archived(archive: Archive, population: Population, score: Floats) -> Archive:
-    """The best of every tree, among what the archive holds and this generation."""
+    """The best of every tree in the archive and in this generation."""
     both = joined(archive.population, population)
     scores = np.concatenate([archive.score, score])
     order = np.lexsort((-scores, both.tree))  # stable: on a tie the older one stays

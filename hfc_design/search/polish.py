@@ -140,7 +140,7 @@ def proposals(
 
 
 def _begun_blind(task: Polishable, done: Polished) -> Polished:
-    """A new distribution about what there is, where it cannot go on where it was."""
+    """A new distribution about the present individual, for when steps bring no improvement."""
     one = done.population
     chart = _coordinates(task, one)
     fresh = begun(np.zeros(chart.size), chart.step)
@@ -163,7 +163,7 @@ def _blind(task: Polishable, done: Polished, rng: np.random.Generator) -> Polish
 def _screened(
     task: Polishable, done: Polished, members: Population, rng: np.random.Generator
 ) -> Floats:
-    """(1 + n,) of what there is, and of the individuals."""
+    """(1 + n,) screening values of the present individual and of the others."""
     return task.screened(joined(done.population, members), rng)
 
 

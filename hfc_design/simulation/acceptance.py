@@ -117,7 +117,7 @@ class Usable(NamedTuple):
     )  # factors on the command between which the nominal machine passes
     precision: float  # change of the merit from float32 to float64, as a share
     substeps: float | None  # the same to four times the substeps; None: not allowed
-    units: dict[str, str]  # of the measures
+    units: dict[str, str]  # of the metrics
     margins: LoopMargins | None  # None: the loop cannot be linearised
     repeats: Repeats  # of the merit of the nominal machine, in float64
     stress: tuple[Stressed, ...] = ()  # what was tried beside the scenario's machines

@@ -249,7 +249,7 @@ def _heard(slopes: Floats) -> Mask:
 
 
 def _without_steps(loop: Loop) -> Loop:
-    """``Loop.smooth``, and what the drives themselves count and convert is as fine."""
+    """``Loop.smooth``, also without the steps of encoders and converters inside the drives."""
     smooth = loop.smooth
     limits = (None,) * len(loop.limits)
     return smooth._replace(machine=_fine(smooth.machine), limits=limits)
@@ -340,7 +340,7 @@ def controlled(
     count = size + len(signals_of)
 
     def at(x: Floats) -> tuple[Floats, Floats, Floats]:
-        """What is left to solve for memories and errors ``x``, its derivatives, all slopes."""
+        """Residuals of the equations for memories and errors ``x``, derivatives, all slopes."""
         signals = near.signals + (near.off @ x[:, size:, None])[..., 0]
         whole = np.concatenate([x[:, memory], signals], axis=1).T
         given = [

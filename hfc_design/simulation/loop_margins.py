@@ -281,7 +281,7 @@ class AskedMargins:
         )
 
     def _of_points(self, every: Any) -> Any:
-        """(individuals x points) of what is of all machines, those that rub behind the points."""
+        """(individuals x points) of the leaves for all machines, without the machines that rub."""
         lanes = np.arange(len(jax.tree.leaves(every)[0])) % len(self._machines.exists)
         return jax.tree.map(lambda leaf: leaf[lanes < len(self._answers)], every)
 
@@ -387,7 +387,7 @@ def _peaks(sizes: Floats) -> Floats:
 
 
 def _responses(controllers: Controllers, answers: Floats, angles: Floats) -> Floats:
-    """(lanes, frequencies, axes, axes) from commands through the machine to what is commanded."""
+    """(lanes, frequencies, axes, axes) from commands through the machine to new commands."""
     z, unit = np.exp(1j * angles)[:, None, None], np.eye(controllers.a.shape[-1])
     output_matrix = controllers.c.swapaxes(1, 2)[:, None].astype(complex)
     inner = np.linalg.solve(

@@ -101,7 +101,7 @@ def _around(name: str, most: float, shape: tuple[int, int], seed: list[int]) -> 
 def _groups(
     drives: Sequence[Drive], tolerances: Mapping[str, float]
 ) -> list[tuple[Integers, float]]:
-    """Parameters of friction, by their places, which change together, and by what share."""
+    """Groups of friction parameters that change together: their places and their tolerance."""
     groups, begin = [], 0
     for drive in drives:
         places = {name: begin + k for k, name in enumerate(drive.parameters._fields)}

@@ -214,9 +214,9 @@ def robustness(
 def _columns(
     scenario: Scenario, evaluations: Sequence[Evaluation], measured: Floats
 ) -> tuple[dict[str, Floats], dict[str, str]]:
-    """Scores, metrics and what is tolerated, (machines,) each, and their meanings by the same keys.
+    """Scores, metrics and targets, (machines,) each, and their meanings by the same keys.
 
-    ``measured`` (machines, values) is what was, nan where a motion diverged.
+    ``measured`` (machines, values) are the metrics with targets, nan where a motion diverged.
     """
     judge = scenario.judge()
     scores = [one.score(judge) for one in evaluations]

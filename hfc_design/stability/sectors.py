@@ -164,7 +164,7 @@ def _quotient(level: float, x: float, ends: tuple[float, float]) -> float:
 def _checked(
     error_terms: Triangles, change_terms: Triangles, singletons: RuleTable
 ) -> tuple[Floats, Triangles, Triangles]:
-    """Check inputs as no record does; return table, and terms with edges rounded to ``DIGITS``."""
+    """Check inputs without a record; return table, and terms with edges rounded to ``DIGITS``."""
     table = np.array(singletons, dtype=np.float64)
     wrong = np.argwhere(~(np.abs(table) <= LARGEST))
     if len(wrong):

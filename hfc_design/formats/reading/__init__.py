@@ -47,7 +47,7 @@ def imported(path: Path, wish: Wish) -> Design:
     """Read a design from the file or folder ``path``, completed by ``wish``.
 
     Raises:
-        UserError: the file cannot be read, or does not hold exactly what a design can.
+        UserError: the file cannot be read, or contains something that a design cannot represent.
     """
     ending = ".csv" if isdir(path) else path.suffix.lower()
     if ending in LEARNT:
@@ -113,7 +113,7 @@ def _system(ending: str, texts: dict[str, str], wish: Wish) -> tuple[System, Jso
 
 
 def _learned(path: Path, ending: str, wish: Wish) -> Design:
-    """Return the design that ``wish`` names with what its code has learned on a machine."""
+    """Return the design that ``wish`` names, with the values that its code learned on a machine."""
     from hfc_design.files.loop_setup import load_design  # with JAX
 
     if wish.like is None:

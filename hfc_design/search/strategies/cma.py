@@ -179,7 +179,7 @@ class Cma(NamedTuple):
         return CmaState(population, np.full(place.room, -np.inf), about, trail, each, hard)
 
     def _promising(self, stage: Stage, mean: Floats, tree: Integers) -> Integers:
-        """The structures, of many a generation of them by what they are worth at a ``mean``."""
+        """The structures; if they are many, one generation of them, the best at ``mean`` first."""
         if self.task.worth is None or len(tree) <= self.settings.trees:
             return tree
         tree = tree[: self.settings.population]
@@ -189,7 +189,7 @@ class Cma(NamedTuple):
     def _apart(
         self, stage: Stage, one: Distribution, count: int, rng: np.random.Generator
     ) -> Floats:
-        """(``count``, size) first means: what begins elsewhere may end elsewhere.
+        """(``count``, size) first means; different starts may end in different optima.
 
         The first is that of the stage, unless it is broken. Then all are the best of many, from far
         around, of which those that are broken least are simulated.
