@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from experiments.steps import FILE, FINER, WINDOWED, Ranged, Ranges, finer
 from hfc_design.batch.folder import batch_notes
 from hfc_design.batch.plan import LABEL, Published, matches
-from hfc_design.batch.reproduction import Reproduced, figure_row, reproduced
+from hfc_design.batch.reproduction import Reproduced, published_table, reproduced
 from hfc_design.batch.results import Run, batches_below, runs_below
 from hfc_design.core.records import UserError
 from hfc_design.plotting.figure import OTHER, OWN, framed
@@ -75,7 +75,8 @@ class Batch:
 
     def _row(self, item: Reproduced, wanted: Published) -> list[str]:
         """With the range that finer steps give it; of several runs that of their median."""
-        cells = figure_row(item)
+        (row,) = published_table([item]).rows
+        cells = [str(cell) for cell in row]
         sides = [
             [self.value(run, metric) for run in self.runs if matches(settings, run.settings)]
             for settings, metric in wanted.sides

@@ -106,7 +106,7 @@ class Robustness(NamedTuple):
             cells = [MISSING if x is None else three_digits(x) for x in values.values()]
             rows.append([key, *(["chaotic", *cells[1:]] if key in self.ranges else cells)])
         share, also = 100 * self.stable.mean(), "too" if self.nominal_stable else "is not"
-        merit = f"; merit is {self.meanings['merit']}" if "merit" in self.meanings else ""
+        merit = f"; {self.meanings['merit']}" if "merit" in self.meanings else ""
         chaotic = {key: some for key, some in self.ranges.items() if key in self.nominal}
         lines = [
             f"{share:.4g} % of {len(self.stable)} machines are stable, the nominal one {also}",

@@ -94,4 +94,4 @@ def test_commands_and_pages_show_the_merit_under_its_title(tmp_path, no_baseline
     plain = hfc("score", tmp_path / "run", "--set", "search.stick_penalty=0").stdout
     assert "stick share)" not in plain
     spread = hfc("score", tmp_path / "run", "--spread", 0.1, "--samples", 4)
-    assert f"merit is {TITLE}" in " ".join(spread.stdout.split())
+    assert f"merit: {TITLE}" in " ".join(spread.stdout.split())
