@@ -76,7 +76,7 @@ class FrictionTable(hfc.ControllerRecord):
         return {**gains, "table": (0.0,) * POINTS}
 
     def adapted(self, learnt: Any) -> "FrictionTable":
-        """The same with the table that it has learnt."""
+        """The same with the table that it has learned."""
         return self.model_copy(update={"table": tuple(learnt)})
 
 

@@ -32,13 +32,14 @@ from hfc_design.controllers.neural.record import Lesson
 from hfc_design.core.numbers import Constant, Xp, clipped, total
 from hfc_design.core.plugins import group_of
 from hfc_design.core.records import RunError, UserError
+from hfc_design.core.tables import Table
 from hfc_design.files.design import Design
 from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.scenario import Scenario
 from hfc_design.identify.result import Identified
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
-from hfc_design.plotting.section import Drawing, Listing, Section
+from hfc_design.plotting.section import Drawing, Section
 from hfc_design.report.designs import picture
 from hfc_design.runs.run import Result
 from hfc_design.runtime import Controller
@@ -54,6 +55,8 @@ from hfc_design.simulation.usable import usable
 from hfc_design.stability.report import LoopMargins, StableGains
 from plants import Drive, Machine, coupled, only_positive, rk4, side_by_side
 
+Listing = Table
+"""The name that a table of a section had before."""
 Shown = ReportContext
 """The name that the context of a report had before."""
 Plant = Drive
@@ -66,7 +69,7 @@ Registered = TypeVar("Registered")
 
 
 def __dir__() -> list[str]:
-    """What a script may name, for completion; not what this module itself is made of."""
+    """Names for scripts, for completion; without the names that only this module uses."""
     return sorted(__all__)
 
 
@@ -80,9 +83,9 @@ def __getattr__(name: str) -> Any:
 
 
 def register(thing: Registered) -> Registered:
-    """Let scenarios and designs of this program name an own part.
+    """Register your own part, so that scenarios and designs of this program can name it.
 
-    A drive or machine, a fitness, a search strategy, a control law or a kind of controller.
+    It is a drive or machine, a fitness, a search strategy, a control law or a kind of controller.
 
     Raises:
         UserError: it is none of these, lacks something, or its name is that of a built-in one.
@@ -118,5 +121,5 @@ __all__ += ["Fitness", "Moment", "Objective", "ObjectiveSettings"]
 __all__ += ["Genome", "Strategy", "StrategySettings", "Task", "taken"]
 __all__ += ["AxisLaw", "Law", "View", "genome_of_gains", "held", "settings_of"]
 __all__ += ["ControllerRecord", "ControllerSettings", "Explain", "later"]
-__all__ += ["Drawing", "Listing", "ReportContext", "Section", "Shown", "Target"]
+__all__ += ["Drawing", "Listing", "ReportContext", "Section", "Shown", "Table", "Target"]
 __all__ += ["Constant", "Xp", "clipped", "total"]

@@ -105,9 +105,9 @@ def plain(parameters: Parameters) -> Parameters:
 
 @cache  # the same machine for the same one: it is a key of compiled code
 def surrounded(machine: Machine, waits: int, substeps: int) -> Machine:
-    """Return the machine whose drives have effects around them, with parameters ``Standing``.
+    """Return the machine with the effects of ``Around``; its parameters are ``Standing``.
 
-    ``waits`` is as in ``sampled``. Coefficients of plain parameters have no effects around them.
+    ``waits`` is as in ``sampled``. With the plain parameters of a drive it has no such effects.
     """
     drives = tuple(_around(drive, waits, substeps) for drive in machine.drives)
     machine_forces, forces = machine.forces, None

@@ -78,9 +78,8 @@ class Drive:
     resolutions: dict[str, str] = field(default_factory=dict)
     #: Reference (steps,) as given to the control, in the steps of its interpolator.
     commanded: Callable[[Scalar], Scalar] = lambda reference: reference
-    #: State field that the control measures and feeds back, and that of its rate, for example of
-    #: an encoder at the motor. Left out: those that are to follow the reference, as of a scale at
-    #: the table.
+    #: State field that the control measures and feeds back, and the field of its rate, for example
+    #: for an encoder on the motor. None: ``position`` and ``velocity``, as of a scale on a table.
     feedback: tuple[str, str] | None = None
     #: Length of a unit of the position [mm]; None: not a length, so no path can be followed.
     millimetres: Callable[[Parameters], float] | None = None

@@ -19,9 +19,10 @@ class FeedDriveParameters(NamedTuple):
 
     Above the Coulomb level, friction at V [mm/s] is ``start + slope V + curvature V^2``: the
     start and negative viscous friction of JK04 eq. 28, signed as printed for either direction.
-    F_c gives the PID's contour errors of Fig. 12 with the printed K, and where the singletons of
-    Table 3 are doubled nearly all other figures (``experiments/jee_koren_2004``). With the printed
-    singletons Fig. 10 needs K = 40 without F_c; eq. 28 alone then pushes an axis near 12 mm/s.
+    With F_c and the printed K the PID has the contour errors of Fig. 12; if the singletons of
+    Table 3 are doubled too, nearly all other figures agree (``experiments/jee_koren_2004``). With
+    the printed singletons Fig. 10 needs K = 40 and no F_c; eq. 28 alone then pushes an axis near
+    12 mm/s.
     """
 
     #: K, speed of the free axis for a unit of the command

@@ -150,9 +150,9 @@ def _spring(c: Joined, known: Scalar, *bodies: _Body) -> Scalar:
 def _crossing(ease: Scalar, known: Scalar, free: Scalar, bodies: _Pair) -> Scalar:
     """Return the positive F at which ``known + sum(slope beyond(force - F, friction)) = ease F``.
 
-    The left side falls with F, from ``free`` at 0, on straight lines between the forces at which a
-    body begins or ceases to stick. It is followed to the last of these that lies before F, and from
-    there along its line.
+    The left side is ``free`` at F = 0 and falls along straight lines, with bends at the forces at
+    which a body begins or ceases to stick. The solution is on the line behind the last bend at
+    which the left side is still the larger one.
     """
     last, above = 0.0 * free, free
     for body, other in (bodies, bodies[::-1]):

@@ -88,7 +88,7 @@ def step(
 ) -> PositioningStageState:
     """Return the state ``dt`` [s] later under constant ``voltage`` [V] and ``loads`` [N].
 
-    Exact for constant loads and equal viscous friction, else of second order.
+    Exact for constant loads and viscous friction equal in both directions, else of second order.
     """
     start, middle, end = loads
     load = (start + 4.0 * middle + end) / 6.0 / c.volt

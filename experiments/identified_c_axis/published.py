@@ -10,7 +10,6 @@ from experiments.shared import markdown
 from hfc_design.cli.usage import Plain
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.identify.identified import identify
-from hfc_design.identify.outcome import HEADS
 from hfc_design.identify.request import Task
 
 DESIGN, SCENARIO = "lin-lee-1999-table-1", "c-axis-ramp"
@@ -24,7 +23,8 @@ def main() -> None:
     known = frozenset({"load"})
     task = Task(scenario, axis=0, design=None, names=None, bandwidth=None, known=known)
     found = identify(task, {"log": log(DESIGN, scenario)})
-    click.echo(markdown(HEADS, found.parameter_rows()))
+    parameters, _ = found.tables()
+    click.echo(markdown(parameters.head, parameters.rows))
     click.echo("\n".join((*found.notes, f"record next: {found.advice_line()}")))
 
 

@@ -20,7 +20,7 @@ from hfc_design.attainable.rollout import RolledOut, Rollout, rollout_of
 from hfc_design.attainable.sliding import Case, bent, speeds
 from hfc_design.core import devices
 from hfc_design.core.numbers import Floats, Json
-from hfc_design.core.records import RunError, UserError
+from hfc_design.core.records import RunError, UserError, option
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.files.scenario import Scenario
 from plants import C_AXIS
@@ -30,8 +30,9 @@ from plants.c_axis import CAxisState
 SAMPLES, MOST_SAMPLES = 256, 1024
 #: If the last quarter of them has more than this share of the sum of errors, they are doubled.
 LATE = 0.005
-#: Rounds of bounds on the speed, at so many samples each, until they raise the bound by less than
-#: a share; the samples are where the errors of the known motion have added up to such a share.
+#: Largest number of rounds with bounds on the speed, number of such bounds in a round, and share by
+#: which it must raise the result. The bounds end where the errors of the known motion have added up
+#: to the last share.
 ROUNDS, ASKED, RISE, MOSTLY = 3, 16, 0.01, 0.99
 #: Samples after the last of these whose errors count in these rounds.
 AFTER = 24
@@ -63,13 +64,14 @@ def check(scenario: Scenario) -> None:
     machine = scenario.plant.machine
     if len(machine.drives) != 1 or machine.drives[0] is not C_AXIS or machine.forces:
         raise UserError(
-            f"scenario {scenario.name} has the plant {machine.name}: bounds are of machines of one "
-            f"{C_AXIS.name} only"
+            f"scenario {scenario.name} has the plant {machine.name}: a bound exists only for a "
+            f"machine with one {C_AXIS.name}"
         )
     if scenario.limits.of(machine.axes[0]).command is None:
         raise UserError(
             f"scenario {scenario.name} has no limits.command: without one there is no bound, a "
-            "voltage that is large enough leaves next to no error; try --set limits.command=250"
+            "voltage that is large enough leaves next to no error; try "
+            + option("set", 250, "changes", "limits.command")
         )
 
 

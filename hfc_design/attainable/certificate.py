@@ -95,8 +95,8 @@ def _rounding(
 ) -> float:
     """A bound of the rounding errors of float64, with the exponentials to a few units each.
 
-    In coordinates in which the machine hardly amplifies anything, a step's own rounding is passed
-    on by the largest of the powers of its matrix.
+    It uses coordinates in which the powers of the machine's matrix amplify little. The rounding
+    error of a step then grows at most by the largest of these powers.
     """
     size = np.abs(back).max(axis=0)
     if not size.any():

@@ -17,7 +17,7 @@ from hfc_design.batch.plan import Cell
 from hfc_design.batch.runner import PATIENCE, Lost, Outcome, Place, unfinished
 from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import given
-from hfc_design.core.records import RunError, UserError, checked
+from hfc_design.core.records import RunError, UserError, checked, option
 
 try:
     import dask
@@ -27,7 +27,8 @@ try:
     from hfc_design.batch.worker import answer, contents, gpus
 except ImportError:
     raise UserError(
-        "--workers and --scheduler need the package distributed: pip install 'hfc-design[cluster]'"
+        f"{option('workers')} and --scheduler need the package distributed: "
+        "pip install 'hfc-design[cluster]'"
     ) from None
 
 
@@ -127,7 +128,9 @@ def connected(
     except TypeError:
         raise UserError(f"--scheduler {scheduler}: needs --tls-ca, --tls-cert, --tls-key") from None
     except ValueError as error:
-        raise UserError(f"--scheduler {scheduler}: must be an address (got {error})") from None
+        raise UserError(
+            f"--scheduler {scheduler}: must be an address such as tcp://HOST:PORT ({error})"
+        ) from None
     except (OSError, AssertionError):  # the latter where a handshake is broken off late
         known = " that knows these certificates" if given else ""
         raise RunError(
@@ -154,13 +157,13 @@ def _local(workers: int) -> LocalCluster:
     """Workers that accept only holders of a key that is made for them and kept in memory."""
     cores, cards = len(os.sched_getaffinity(0)), len(gpus())
     if workers > (cards or cores):
-        there = f"{cards} GPUs" if cards else f"{cores} cores"
-        raise UserError(f"--workers {workers}: must be at most {there}, one for each worker")
+        most = f"at most {f'{cards} GPUs' if cards else f'{cores} cores'}, one for each worker"
+        raise UserError(f"{option('workers', workers)}: must be {most}")
     try:
         security = Security.temporary()
     except ImportError:
         needed = "needs the package cryptography: pip install 'hfc-design[cluster]'"
-        raise UserError(f"--workers {needed}") from None
+        raise UserError(f"{option('workers')} {needed}") from None
     dask.config.set({key: [] for key in PAGES})
     return LocalCluster(
         n_workers=workers,

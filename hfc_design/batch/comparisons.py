@@ -11,8 +11,8 @@ from scipy.stats import mannwhitneyu
 
 from hfc_design.batch.groups import Group
 from hfc_design.core.numbers import digits
-from hfc_design.core.reprs import line
 from hfc_design.core.statistics import holm
+from hfc_design.core.tables import line
 
 #: A difference counts as significant if the corrected p is not above this level.
 ALPHA = 0.05

@@ -13,7 +13,7 @@ from hfc_design.batch.results import Run, runs_below
 from hfc_design.batch.structures import Winner, winners
 from hfc_design.core.numbers import Floats
 from hfc_design.core.records import UserError
-from hfc_design.core.reprs import line, table
+from hfc_design.core.tables import line, table
 from hfc_design.files.design_set import apart
 from hfc_design.files.labels import run_label
 from hfc_design.report import searches

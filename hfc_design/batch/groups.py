@@ -1,7 +1,7 @@
 """Groups of runs that differ only in the seed, with their scores and metrics."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from hfc_design.batch.plan import SCENARIO
 from hfc_design.batch.results import VERDICTS, Run
 from hfc_design.core.numbers import Floats
-from hfc_design.core.reprs import line
+from hfc_design.core.tables import MISSING, Table, line
 from hfc_design.files.labels import LABEL, SEED
 from hfc_design.plotting.numbers import score
 from hfc_design.runs.champion import LEAST_VIOLATED
@@ -78,15 +78,15 @@ class Group(NamedTuple):
         best = (sum(use.verdict == x for use in uses) / max(len(uses), 1) for x in VERDICTS[:2])
         return *best, float(np.median([use.share or 0.0 for use in uses] or [0.0]))
 
-    def row(self, keys: Iterable[str] = ()) -> list[str]:
-        """Row of a table: number, settings, runs, median, quartiles, best, usability."""
+    @property
+    def row(self) -> list[str]:
+        """Cells of a table: number of runs, median, quartiles, best."""
         count, total = len(self.finished), len(self.runs)
         runs = str(total) if count == total else f"{count} of {total}"
-        row = [str(self.number), *(self.settings[key] for key in keys), runs]
         if not count:
-            return [*row, "–", "–", "–"]
+            return [runs, MISSING, MISSING, MISSING]
         low, median, high = map(score, self.quartiles)
-        return [*row, median, f"{low} to {high}", score(self.scores.max()), *self.answers]
+        return [runs, median, f"{low} to {high}", score(self.scores.max())]
 
     def metrics(self) -> dict[str, Quartiles]:
         """Quartiles of each metric over the finished runs that have it."""
@@ -105,6 +105,16 @@ class Group(NamedTuple):
         if LABEL in self.settings:
             words = [self.settings[LABEL]]
         return f"{self.number}: {', '.join(words)}" if words else str(self.number)
+
+
+def group_table(groups: Sequence[Group], names: Sequence[Sequence[str]], *head: str) -> Table:
+    """Table of groups: the cells ``names`` under ``head``, the scores, and whether usable."""
+    answers = ANSWERS if any(group.answers for group in groups) else []
+    rows = [
+        [*name, *group.row, *(answers and (group.answers or [MISSING] * len(answers)))]
+        for name, group in zip(names, groups, strict=True)
+    ]
+    return Table("", [*head, "runs", "median", "quartiles", "best", *answers], rows)
 
 
 def grouped(runs: Sequence[Run]) -> list[Group]:

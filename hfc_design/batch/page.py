@@ -4,27 +4,29 @@ import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 from urllib.parse import quote
 
 import numpy as np
 
 from hfc_design.batch.comparisons import ALPHA, COMPARED, EXACT, Comparison, too_few
 from hfc_design.batch.findings import Findings
-from hfc_design.batch.groups import ANSWERS, FITNESS, MERIT, Group
+from hfc_design.batch.groups import FITNESS, MERIT, Group, group_table
 from hfc_design.batch.plan import OWN_KEYS
-from hfc_design.batch.reproduction import Reproduced, figure_row, ratios
+from hfc_design.batch.reproduction import published_table, ratios
 from hfc_design.batch.results import MARGINS, Run, listed, text
-from hfc_design.batch.structures import WINNER_HEAD
-from hfc_design.batch.summary_text import HEAD, broken, key_of, sentence
+from hfc_design.batch.structures import winner_table
+from hfc_design.batch.summary_text import broken, key_of, sentence
 from hfc_design.core.plugins import uses
 from hfc_design.core.records import UserError, in_a_line
+from hfc_design.core.tables import MISSING, Table
+from hfc_design.core.wording import alternatives
 from hfc_design.files.labels import LABEL, SEED
 from hfc_design.files.scenario import Scenario
 from hfc_design.plotting.numbers import digits, metric, score
-from hfc_design.plotting.section import Drawing, Rows
+from hfc_design.plotting.section import Drawing
 from hfc_design.report import REPORT, Page, batch_plots, rendered, searches
-from hfc_design.report.comparison.tables import NONE, best, p_text, titled
+from hfc_design.report.comparison.tables import best, p_text, titled
 from hfc_design.report.parts import fitness_told
 from hfc_design.runs.run import DESIGN, opened_run, provenance
 from hfc_design.simulation.comparison import SCORES
@@ -42,6 +44,19 @@ CAPTION = (
     "group differ only in their seed. The columns are the groups; the best of each task "
     "is highlighted."
 )
+OF_GROUPS = (
+    "Median, quartiles and best of {} over runs that differ only in their seed; higher is better, "
+    "and {} of each task is listed first."
+)
+OF_COMPARISONS = (
+    "Groups of the same task, two by two, by {}: how often a run of the first is higher than one "
+    "of the second (A₁₂), p of the two-sided Mann-Whitney U test, and p after Holm’s "
+    "correction{}; a difference counts as shown up to {}."
+)
+TROUBLE = (
+    "A run outside a batch that is still going on is listed as broken off. A run of which only the "
+    "history is damaged counts, but its curve is not drawn."
+)
 
 
 def page(
@@ -57,7 +72,9 @@ def page(
     searched = [group for group in groups if any(run.searched for run in group.runs)]
     known = next((run.settings for run in runs if run.settings), {})
     shown = groups[:GROUPS]
-    measured = metrics(path, shown)
+    metrics, meant, fitness = _metrics(path, shown)
+    key = " ".join(filter(None, [key_of(shown), fitness]))
+    measures = alternatives(dict.fromkeys(group.measure for group in groups))
     needed = too_few(comparisons)
     judged = any(run.use.verdict for run in runs)
     return rendered(
@@ -69,8 +86,7 @@ def page(
         tasks=[_task(findings, task, k < TASKS) for k, task in enumerate(findings.tasks)],
         same=[(key, text(known[key])) for key in known if key not in (*differing, SEED)],
         labelled=labelled,
-        published=[figure_row(item) for item in figures],
-        published_head=Reproduced._fields,
+        published=published_table(figures),
         ratios=ratios(figures),
         random=any(run.searched for run in runs),
         repeated=counts["finished"] - sum(len(group.finished) for group in groups),
@@ -78,29 +94,29 @@ def page(
         chaotic=sum(bool(run.ranges) for run in runs),
         repeats=TOLD,
         few=sum(len(group.finished) < 5 for group in searched),  # what is given is not random
-        group_head=["group", *keys, *HEAD[1:], *(ANSWERS if any(x.answers for x in shown) else [])],
-        group_rows=[group.row(keys) for group in shown],
-        group_best=_best_groups(shown, len(keys)),
+        group_table=_groups(shown, keys, judged, measures, fitness),
         groups=len(groups),
-        metrics=measured,
-        meant=measured.meanings,
-        measures=" or ".join(dict.fromkeys(group.measure for group in groups)),
-        key=" ".join(filter(None, [key_of(shown), measured.fitness])),
-        winner_head=WINNER_HEAD,
-        winner_rows=[one.row for one in winners[:GROUPS]],
+        metrics=metrics._replace(key=f" {key}"),
+        meant=meant,
+        fitness=fitness,
+        winner_table=winner_table(winners[:GROUPS], f" {key}"),
         winners=len(winners),
         broken=broken([*{one.group.number: one.group for one in winners}.values()]),
         trees=trees,
-        comparison_rows=[_comparison_row(x) for x in comparisons[:COMPARISONS] if not needed],
+        comparison_table=_comparisons(comparisons, measures, f" {key}"),
         comparisons=len(comparisons),
         too_few=needed,
         alpha=ALPHA,
         exact=EXACT,
         compared=COMPARED,
         left_out=any(len(findings.of_task(task)) > COMPARED for task in findings.tasks),
-        trouble_rows=[[run.title, run.state, run.reason] for run in troubles[:TROUBLES]],
+        trouble_table=Table(
+            TROUBLE,
+            ["run", "state", "reason"],
+            [[run.title, run.state, run.reason] for run in troubles[:TROUBLES]],
+        ),
         troubles=len(troubles),
-        **_run_table(findings, keys, judged),
+        run_table=_runs(findings, keys, judged),
         judged=judged,
         runs=len(runs),
         unfolded=len(runs) <= UNFOLDED,
@@ -131,14 +147,23 @@ def _task(findings: Findings, task: str, draw: bool) -> dict[str, Any]:
     }
 
 
-def _best_groups(groups: Sequence[Group], keys: int) -> list[list[int]]:
-    """Columns of each group's median and best run that are the best of a task."""
+def _groups(
+    groups: Sequence[Group], keys: Sequence[str], judged: bool, measures: str, fitness: str
+) -> Table:
+    """Table of the groups; each task's best median and best run are marked."""
     places: list[list[int]] = [[] for _ in groups]
     finished = [(k, group) for k, group in enumerate(groups) if group.finished]
-    for place, value in ((keys + 2, lambda x: x.median), (keys + 4, lambda x: x.scores.max())):
+    for place, value in (
+        (len(keys) + 2, lambda x: x.median),
+        (len(keys) + 4, lambda x: x.scores.max()),
+    ):
         for k in _best_of_tasks([x for _, x in finished], [value(x) for _, x in finished], -1):
             places[finished[k][0]].append(place)
-    return places
+    first = "the group that is usable most often" if judged else "the highest median"
+    names = [[str(x.number), *(x.settings[key] for key in keys)] for x in groups]
+    about = OF_GROUPS.format(measures, first)
+    table, key = group_table(groups, names, "group", *keys), f" {fitness}" * bool(fitness)
+    return table._replace(caption=about, best=places, key=key)
 
 
 def _best_of_tasks(
@@ -151,32 +176,34 @@ def _best_of_tasks(
             yield from (inside[k] for k in best([values[k] for k in inside], sign))
 
 
-def _comparison_row(item: Comparison) -> list[str]:
-    verdict = f"{item.first.number} is higher" if item.shown else "not shown"
-    return [
-        f"{item.first.number} and {item.second.number}",
-        ", ".join(map(str, item.sizes)),
-        f"{item.a12:.2f}",
-        p_text(item.p),
-        p_text(item.holm),
-        verdict if item.testable else "too few runs",
-    ]
+def _comparisons(comparisons: Sequence[Comparison], measures: str, key: str) -> Table:
+    """Table of the first comparisons."""
+    rows = []
+    for x in comparisons[:COMPARISONS]:
+        verdict = f"{x.first.number} is higher" if x.shown else "not shown"
+        names, sizes = f"{x.first.number} and {x.second.number}", ", ".join(map(str, x.sizes))
+        numbers = (f"{x.a12:.2f}", p_text(x.p), p_text(x.holm))
+        rows.append([names, sizes, *numbers, verdict if x.testable else "too few runs"])
+    many = f" for all {len(comparisons)} comparisons" if len(comparisons) > 1 else ""
+    head = ["groups", "runs", "A₁₂", "p", "p (Holm)", "difference"]
+    return Table(OF_COMPARISONS.format(measures, many, ALPHA), head, rows, key=key)
 
 
-def _run_table(findings: Findings, keys: Sequence[str], judged: bool) -> dict[str, Any]:
+def _runs(findings: Findings, keys: Sequence[str], judged: bool) -> Table:
     """Table of every run on the page, with the address of the run's own page, if it exists."""
     runs, number = findings.runs, findings.number_of()
     scores = (FITNESS, MERIT) if any(MERIT in run.score for run in runs) else (FITNESS,)
     margins = [key for key in MARGINS if any(key in run.use.margins for run in runs)]
-    rows = []
+    rows, links = [], []
     for run in runs[:RUNS]:
         row = [run.title, str(number.get(run.path, "–")), *map(run.setting, (*keys, SEED))]
         row += [run.state, *(_score(run, key) for key in scores)]
         row += [*(run.use.row(margins) if judged else []), str(len(run.best))]
-        rows.append((f"{quote(run.path)}/{REPORT}" if run.page else "", row))
+        rows.append(row)
+        links.append(f"{quote(run.path)}/{REPORT}" if run.page else "")
     answers = ["answer", "share [%]", *margins] if judged else []
     head = ["run", "group", *keys, "seed", "state", *scores, *answers, "generations"]
-    return {"run_head": head, "run_rows": rows}
+    return Table("Settings, outcome and generations of each run.", head, rows, links=links)
 
 
 def _score(run: Run, key: str) -> str:
@@ -187,19 +214,8 @@ def _score(run: Run, key: str) -> str:
     return value if isinstance(value, str) else score(-np.inf if value is None else value)
 
 
-class Metrics(NamedTuple):
-    """Table of the metrics on a page."""
-
-    head: list[str]
-    rows: Rows
-    best: list[list[int]]  # places of the best in each row
-    meanings: list[tuple[str, str]]  # names, and meanings with their units
-    fitness: str  # what it is, a sentence; "" if nothing is to be said
-    caption: str = CAPTION
-
-
-def metrics(path: Path, groups: Sequence[Group]) -> Metrics:
-    """Medians of the metrics of groups of runs below ``path``."""
+def _metrics(path: Path, groups: Sequence[Group]) -> tuple[Table, list[tuple[str, str]], str]:
+    """Medians of the metrics of groups of runs below ``path``; what the metrics and fitness are."""
     medians = [group.metrics() for group in groups]
     shown = {group.key for group in groups}  # of which the page has a table already
     keys = dict.fromkeys(key for item in medians for key in item if {key} != shown)
@@ -211,10 +227,10 @@ def metrics(path: Path, groups: Sequence[Group]) -> Metrics:
         values = [item[key][1] if key in item else None for item in medians]
         name, factor = titled(key, meaning[key], values)
         write = score if key in SCORES else digits
-        cells = [NONE if x is None else write(factor * x) for x in values]
+        cells = [MISSING if x is None else write(factor * x) for x in values]
         rows.append([name, *cells])
-        # Scores are the better the larger, merits where all runs had the same; of others what is
-        # nearest to 0.
+        # Larger scores are better; merits are compared only if all runs have the same one.
+        # Of other metrics the value nearest to 0 is the best.
         sizes = [
             None if x is None or key == MERIT != group.key else x if key in SCORES else abs(x)
             for x, group in zip(values, groups, strict=True)
@@ -222,7 +238,7 @@ def metrics(path: Path, groups: Sequence[Group]) -> Metrics:
         places.append([1 + k for k in _best_of_tasks(groups, sizes, -1 if key in SCORES else 1)])
     meant = [(metric(key, text)[0], text) for key, text in meaning.items() if "[" in text]
     head = ["metric", *(str(group.number) for group in groups)]
-    return Metrics(head, rows, places, meant, _fitness(groups, scenarios))
+    return Table(CAPTION, head, rows, places), meant, _fitness(groups, scenarios)
 
 
 def _scenarios(path: Path, groups: Sequence[Group], keys: Sequence[str]) -> dict[str, Scenario]:

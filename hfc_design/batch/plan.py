@@ -27,7 +27,6 @@ from hfc_design.simulation.evaluating import meanings
 MAX_CELLS = 100_000
 #: Keys of a cell beside those of its scenario: name of the scenario; a design to be scored instead
 #: of a search; a label of the cell for ``published`` and for readers.
-#: a search; a word that ``published`` and a reader know the cell by.
 SCENARIO, DESIGN = "scenario", "design"
 OWN_KEYS = SCENARIO, DESIGN, LABEL
 #: Largest length of a label.
@@ -113,7 +112,7 @@ def read_batch(path: Path, changes: Changes = ()) -> Plan:
         raise UserError(f"{path}: must have [set], [grid] or [[cells]]")
     cells: dict[str, Cell] = {}
     common = flat(file.set)
-    others = {**changes} if isinstance(changes, Mapping) else set_keys(changes, "--set")
+    others = {**changes} if isinstance(changes, Mapping) else set_keys(changes, "set")
     for combination in _combinations(file, path):
         settings = combination | others
         try:

@@ -17,7 +17,7 @@ from hfc_design.batch.results import JUDGED_BY, MARGINS, Run, batches_below, is_
 from hfc_design.batch.structures import STRUCTURES, structure_rows, trees_of
 from hfc_design.batch.summary_text import show_findings
 from hfc_design.core.checkpoint import write_whole
-from hfc_design.core.records import RunError, UserError
+from hfc_design.core.records import RunError, UserError, option
 from hfc_design.files.labels import PLAN
 from hfc_design.formats.writing import csv_text
 from hfc_design.report import REPORT
@@ -51,7 +51,8 @@ def report(
     """
     if is_run(path):
         if each or parquet:
-            raise UserError(f"{path}: is a run; --each and --parquet are for folders of runs")
+            options = f"{option('each', True)} and --parquet"
+            raise UserError(f"{path}: is a run; {options} are for folders of runs")
         write_page(*finished_run(path), path, paper=paper)
         tell(path / REPORT, None)
         return

@@ -10,11 +10,16 @@ from matplotlib.figure import Figure
 from hfc_design.batch import folder
 from hfc_design.batch.plan import Published, matches
 from hfc_design.batch.results import Run, batches_below
+from hfc_design.core.tables import MISSING, Table
 from hfc_design.plotting.figure import LARGEST
 from hfc_design.report import batch_plots
 
 #: Largest number of ratios of published figures that are drawn.
 RATIOS = 60
+PUBLISHED = (
+    "Values printed in the paper and medians of the runs here. A dash: the paper gives no number, "
+    "or no run has finished. In full precision: published.csv."
+)
 
 
 class Reproduced(NamedTuple):
@@ -66,15 +71,18 @@ def ratios(figures: Sequence[Reproduced]) -> Figure | None:
     return batch_plots.ratios(labels, [item.ratio or 0 for item in shown]) if shown else None
 
 
-def figure_row(item: Reproduced) -> list[str]:
-    """Row of the table of published figures."""
-    ratio = "–" if item.ratio is None else f"{item.ratio:.2f}"
-    numbers = (_number(item.published), _number(item.simulated), ratio, str(item.runs))
-    return [item.figure, item.quantity, *numbers, item.remark]
+def published_table(figures: Sequence[Reproduced]) -> Table:
+    """Table of the published figures."""
+    rows = []
+    for item in figures:
+        ratio = MISSING if item.ratio is None else f"{item.ratio:.2f}"
+        numbers = (_number(item.published), _number(item.simulated), ratio, str(item.runs))
+        rows.append([item.figure, item.quantity, *numbers, item.remark])
+    return Table(PUBLISHED, Reproduced._fields, rows)
 
 
 def _number(value: float | None) -> str:
     """Text of a number with three digits, or with all digits before the point."""
     if value is None:
-        return "–"
+        return MISSING
     return f"{value:.0f}" if 1e3 <= abs(value) < 1e9 else f"{value:.3g}"

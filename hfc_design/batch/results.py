@@ -129,7 +129,7 @@ def best_usable(path: Path) -> Run:
     first = runs_below(path)[0]
     if first.use.verdict == YES:
         return first
-    near = f"the closest is {first.title}: {first.use.answer}"
+    near = f"the closest is {first.title}, with the answer {first.use.answer}"
     none = "usability is judged only in scenarios with [robust]"
     reason = near if first.use.verdict else none
     raise UserError(f"{path}: no run has a usable design; {reason}")

@@ -87,7 +87,7 @@ def run_batch(
 
     Raises:
         UserError: a cell needs more memory than there is.
-        RunError: the folder cannot be written, or the place is lost.
+        RunError: the folder cannot be written, or the connection to the workers is lost.
     """
     for cell in plan.cells if at_once else ():
         check_memory(cell.scenario, cell.design, min(at_once, len(plan.cells)))
@@ -113,7 +113,7 @@ def run_cells(
     A cell that fails does not stop the others.
 
     Raises:
-        RunError: the folder of the batch cannot be written, or the place is lost.
+        RunError: the folder of the batch cannot be written, or the workers are lost.
     """
     waiting = deque(cells)
     running: dict[Any, tuple[Cell, ExitStack]] = {}

@@ -4,19 +4,18 @@ import json
 import statistics
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from itertools import islice
 from pathlib import Path
-
-from rich.table import Table
 
 from hfc_design.batch import folder, report
 from hfc_design.batch.plan import Cell, read_batch
 from hfc_design.batch.results import listed
 from hfc_design.batch.runner import Outcome, Place, run_batch
-from hfc_design.core.console import ProgressBar, terminal
+from hfc_design.core.console import ProgressBar, show
 from hfc_design.core.records import RunError, harmless
+from hfc_design.core.tables import Table
 from hfc_design.files.labels import PLAN, run_labels, shared
 from hfc_design.search.loop import Search
 
@@ -83,14 +82,12 @@ def show_status(out: Path) -> None:
     left = [entry for entry in cells if entry.state != "finished"]
     if left:
         labels = run_labels({entry.name: entry.settings for entry in cells})
-        _show((f"{labels[x.name]}\n{x.reason}".strip(), x.state, x.name) for x in left)
+        reasons = [f"{labels[x.name]}: {x.reason}" for x in left[:LISTED] if x.reason]
+        _show(((labels[x.name], x.state, x.name) for x in left), reasons)
 
 
-def _show(cells: Iterable[tuple[str, str, str]]) -> None:
-    table = Table("cell", "state", "folder", box=None)
-    for row in islice(cells, LISTED):
-        table.add_row(*row)
-    terminal().print(table)
+def _show(cells: Iterable[tuple[str, str, str]], lines: Sequence[str] = ()) -> None:
+    show(Table("", ("cell", "state", "folder"), [*islice(cells, LISTED)], lines=lines))
 
 
 def _show_plan(cells: list[Cell], out: Path) -> None:

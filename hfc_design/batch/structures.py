@@ -4,20 +4,17 @@ import sys
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
-from itertools import groupby
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from rich.text import Text
 
 from hfc_design.batch.groups import Group, quartiles
 from hfc_design.batch.results import Run
-from hfc_design.core.console import show_rows, terminal
 from hfc_design.core.numbers import Floats
-from hfc_design.core.records import UserError, harmless, in_a_line
-from hfc_design.core.reprs import line
+from hfc_design.core.records import UserError, in_a_line
 from hfc_design.core.statistics import Interval, share_interval
+from hfc_design.core.tables import Table, line
 from hfc_design.files.design import Design
 from hfc_design.files.loop_setup import load_design
 from hfc_design.plotting.numbers import score
@@ -25,10 +22,12 @@ from hfc_design.plotting.section import Drawing
 from hfc_design.report.designs import picture
 
 STRUCTURES = "structures.csv"
-#: Heads of the table on the page; at a terminal each group has a table of its own.
+#: Heads of the columns of ``winner_table``.
 WINNER_HEAD = ["structure", "group", "runs", "share [%]", "best", "median"]
-#: Largest numbers of structures of a group, and of groups, that are shown at a terminal.
-LISTED, TABLES = 3, 6
+WINNERS = (
+    "The structures that the searches of each group ended with, one search per seed, the most "
+    "frequent first; shares with 95 % confidence (Clopper and Pearson)."
+)
 #: Largest number of groups, the first ones, whose most frequent structure is drawn.
 DRAWN = 6
 
@@ -106,22 +105,9 @@ def structure_rows(winners: Iterable[Winner]) -> Iterable[list[object]]:
         yield [*which, *shares, x.best, x.median, x.runs[0].path]
 
 
-def show_structures(winners: Sequence[Winner]) -> None:
-    """Print the first structures of each group, if there are any."""
-    groups = [[*inside] for _, inside in groupby(winners, key=lambda x: x.group.number)]
-    shown = [inside[:LISTED] for inside in groups][:TABLES]
-    columns = [k for k, name in enumerate(WINNER_HEAD) if name != "group"]
-    for inside in shown:
-        group = inside[0].group
-        label = f"best structures of {group.task}, group {group.label}"
-        if group.broken:
-            label += f"; {group.broken} of {len(group.finished)} runs violate constraints"
-        rows = ([Text(x.row[k]) for k in columns] for x in inside)
-        title = Text(harmless(label))
-        show_rows([WINNER_HEAD[k] for k in columns], rows, title=title, title_style="")
-        terminal().print()
-    if others := len(winners) - sum(map(len, shown)):
-        terminal().print(f"{others} more structures are in {STRUCTURES}")
+def winner_table(winners: Iterable[Winner], key: str = "") -> Table:
+    """Table of structures; ``key`` tells what the numbers of the groups mean."""
+    return Table(WINNERS, WINNER_HEAD, [one.row for one in winners], key=key)
 
 
 def trees_of(path: Path, winners: Sequence[Winner]) -> list[Drawing]:

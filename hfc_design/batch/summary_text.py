@@ -1,22 +1,24 @@
 """Summary of several runs in words: sentences for pages, tables and sentences at a terminal."""
 
 from collections.abc import Sequence
+from itertools import groupby, islice
 from pathlib import Path
 
 import numpy as np
-from rich.text import Text
 
 from hfc_design.batch.comparisons import Comparison, too_few
 from hfc_design.batch.findings import Findings
-from hfc_design.batch.groups import ANSWERS, FITNESS, Group
-from hfc_design.batch.structures import show_structures
-from hfc_design.core.console import show_rows, terminal
-from hfc_design.core.records import harmless
+from hfc_design.batch.groups import FITNESS, Group, group_table
+from hfc_design.batch.structures import STRUCTURES as CSV
+from hfc_design.batch.structures import winner_table
+from hfc_design.core.console import show
+from hfc_design.core.tables import Table, text
 from hfc_design.plotting.numbers import score
 
 #: Largest numbers of tasks, and of groups of each, whose medians are printed.
 TASKS, GROUPS = 6, 10
-HEAD = ["group", "runs", "median", "quartiles", "best"]
+#: Largest number of structures of a group that are printed.
+STRUCTURES = 3
 #: Largest number of groups named in a caption; otherwise see the table of the groups.
 NAMED = 12
 #: Prefixes of keys that make a task harder or easier for every controller.
@@ -26,27 +28,32 @@ OF_MACHINE = ("plant.", "reference.", "load.", "limits.", "sensors.", "start.", 
 def show_findings(page: Path, findings: Findings | None) -> None:
     """Print the findings of several runs, and the path of the page."""
     if findings is not None:
-        for task in findings.tasks[:TASKS]:
-            groups = findings.of_task(task)
-            _show_medians(groups)
-            for said in (sentence(groups, findings.comparisons), broken(groups)):
-                if said:
-                    terminal().print(Text(harmless(said)))
-            terminal().print()
-        if len(findings.tasks) > TASKS:
-            terminal().print(f"{len(findings.tasks) - TASKS} more tasks are in groups.csv\n")
-        show_structures(findings.winners)
+        show(*tables(findings))
     print(page)
 
 
-def _show_medians(groups: Sequence[Group]) -> None:
-    """Print the medians of a task over the seeds, the highest first."""
-    title = Text(harmless(f"{groups[0].task}: {groups[0].measure}"))
-    heads = [*HEAD, *(ANSWERS if groups[0].answers else [])]
-    cells = ([harmless(group.label), *group.row()[1:]] for group in groups[:GROUPS])
-    show_rows(heads, (map(Text, row) for row in cells), title=title, title_style="")
-    if len(groups) > GROUPS:
-        terminal().print(f"{len(groups) - GROUPS} more groups are in groups.csv")
+def tables(findings: Findings) -> list[Table]:
+    """Medians of each task, the highest first, in words too; the structures."""
+    shown = [_medians(findings, task) for task in findings.tasks[:TASKS]]
+    if (more := len(findings.tasks) - TASKS) > 0:
+        shown.append(text(f"{more} more tasks are in groups.csv"))
+    by_group = groupby(findings.winners, key=lambda x: x.group.number)
+    listed = [x for _, inside in islice(by_group, TASKS) for x in islice(inside, STRUCTURES)]
+    if listed:
+        more = len(findings.winners) - len(listed)
+        lines = [f"{more} more structures are in {CSV}"] if more else []
+        shown.append(winner_table(listed)._replace(title="best structures", lines=lines))
+    return shown
+
+
+def _medians(findings: Findings, task: str) -> Table:
+    groups = findings.of_task(task)
+    labels = [[group.label] for group in groups[:GROUPS]]
+    more = len(groups) - GROUPS
+    lines = [f"{more} more groups are in groups.csv"] if more > 0 else []
+    lines += filter(None, [sentence(groups, findings.comparisons), broken(groups)])
+    title = f"{task}: {groups[0].measure}"
+    return group_table(groups[:GROUPS], labels, "group")._replace(title=title, lines=lines)
 
 
 def sentence(groups: Sequence[Group], comparisons: Sequence[Comparison]) -> str:

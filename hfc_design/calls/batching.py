@@ -48,7 +48,7 @@ def batch(
             failed ones.
     """
     if workers is not None:
-        check_whole("--workers", workers, 1)
+        check_whole("workers", workers, 1)
     plan = read_batch(path_of(file), changes)
     out = plan.folder(None if folder is None else path_of(folder))
     places: AbstractContextManager[Place] = nullcontext(Place())

@@ -5,7 +5,7 @@ from typing import Any
 
 from hfc_design.controllers.flc.rules import FEWEST, MOST
 from hfc_design.core.arguments import check_positive, check_type, check_whole, path_of
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, option
 from hfc_design.core.wording import one_of
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.loop_setup import load_design, made_for
@@ -64,11 +64,11 @@ def import_(path: str | Path, **wish: Any) -> Design:
 
 def _check_numbers(wish: Wish) -> None:
     if wish.sample_time is not None:
-        check_positive("--sample-time", wish.sample_time)
+        check_positive("sample_time", wish.sample_time)
     if wish.terms is None:
         return
     check_type(wish.terms, (tuple, list), "a pair of numbers of terms, as in (9, 5)")
     if len(wish.terms) != 2:
-        raise UserError(f"--terms {wish.terms}: must be two numbers, as in (9, 5)")
+        raise UserError(f"{option('terms', wish.terms)}: must be two numbers, as in (9, 5)")
     for count in wish.terms:
-        check_whole("--terms", count, FEWEST, MOST)
+        check_whole("terms", count, FEWEST, MOST)

@@ -66,11 +66,11 @@ def identify(
             lacks a needed signal; or no replay of it stays finite.
         RunError: the folder cannot be written.
     """
-    check_whole("--seed", seed, 0)
+    check_whole("seed", seed, 0)
     if bandwidth:  # 0: open loop
-        check_positive("--bandwidth", bandwidth)
+        check_positive("bandwidth", bandwidth)
     if sample_time is not None:
-        check_positive("--sample-time", sample_time)
+        check_positive("sample_time", sample_time)
     place = None if folder is None else path_of(folder)
     other = None if check_log is None else path_of(check_log)
     task = task_of(plant, scenario, changes, axis, controller, free, bandwidth, seed)

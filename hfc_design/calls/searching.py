@@ -1,6 +1,7 @@
 """Controllers for a scenario: searched, picked from a front, or with given gains."""
 
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -48,15 +49,15 @@ def design(
     check_memory(scenario)
     place = path_of(folder)
     with exclusive(place):
-        if (place / runs.CONFIG).exists():
-            run = runs.opened_run(place)
+        old = runs.opened_run(place) if (place / runs.CONFIG).exists() else None
+        if old:
             # The folder holds copies of the files that a scenario names.
-            one, other = (renamed(x, lambda key, file: Path(key)) for x in (run, scenario))
+            one, other = (renamed(x, lambda key, file: Path(key)) for x in (old, scenario))
             if one != other:
                 raise UserError(f"{place}: contains a run of another scenario; name another folder")
-        else:
-            run = runs.new_run(scenario, place)
-        result = runs.run(run, place, on_generation, anyway)
+        with nullcontext() if old else runs.begun(place):
+            run = old or runs.new_run(scenario, place)
+            result = runs.run(run, place, on_generation, anyway)
         write_page(run, result, place)
         return result
 
@@ -77,7 +78,7 @@ def pick(
     from hfc_design.batch.results import best_usable, is_run  # with all that draws
 
     if point is not None:
-        check_whole("--point", point, 1)
+        check_whole("point", point, 1)
     place = path_of(folder)
     if place.is_dir() and not is_run(place) and point is None and nearest is None:
         return load_design(place / best_usable(place).path)

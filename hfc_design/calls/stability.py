@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from hfc_design.core.arguments import check_positive
 from hfc_design.core.overrides import Changes
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, option
 from hfc_design.stability.report import LoopMargins, StableGains, drive_of
 from hfc_design.stability.stable_range import stable_range
 
@@ -53,7 +53,7 @@ def stability(
     options = {"gain": gain, "time_constant": time_constant, "sample_time": sample_time}
     given = {key: value for key, value in options.items() if value is not None}
     for key, value in given.items():
-        check_positive(f"--{key.replace('_', '-')}", value)
+        check_positive(key, value)
     if design is None:
         drive = PUBLISHED | given
         return StableGains(stable_range(**drive), {}, drive)
@@ -72,10 +72,8 @@ def stability(
             loop = None
         return StableGains(stable_range(**drive), tables(loaded.controller), drive, loop)
     if given:
-        option = next(iter(given)).replace("_", "-")
-        raise UserError(
-            f"--{option}: does not apply, design {loaded.name} is judged on its own drive"
-        )
+        why = f"does not apply, design {loaded.name} is judged on its own drive"
+        raise UserError(f"{option(next(iter(given)))}: {why}")
     return _margins(loaded, scenario)
 
 

@@ -18,6 +18,7 @@ import click
 
 from hfc_design.cli.names import Named, NamedOption
 from hfc_design.cli.usage import Plain
+from hfc_design.core.tables import Table
 
 Texts = tuple[str, ...]
 PATH = click.Path(path_type=Path)
@@ -72,16 +73,19 @@ class Answer(NamedTuple):
     """Result of a command."""
 
     numbers: Any  # what --json prints
-    show: Callable[[], object]  # prints it for a person
+    tables: Callable[[], Iterable[Table]]  # what a person is shown
     files: Sequence[Path] = ()  # that are written
     indent: int | None = None  # of the JSON
+    ascii: bool = True  # whether the JSON has no other letters
 
     def print(self, as_json: bool) -> None:
         """Print the result on stdout, as JSON or as text."""
         if as_json:
-            click.echo(json.dumps(self.numbers, indent=self.indent))
+            click.echo(json.dumps(self.numbers, indent=self.indent, ensure_ascii=self.ascii))
             return
-        self.show()
+        from hfc_design.core.console import show  # which imports rich
+
+        show(*self.tables())
         for path in self.files:
             click.echo(path)
 
@@ -91,17 +95,21 @@ AS_JSON = "hfc.json"
 
 
 def command(
-    short: str | None = None, name: str | None = None, last: Iterable[click.Parameter] = ()
+    short: str | None = None,
+    name: str | None = None,
+    last: Iterable[click.Parameter] = (),
+    **settings: Any,
 ) -> Callable[[Callable[..., Answer | None]], click.Command]:
     """Turn a function with its help as docstring into a command; ``short`` is its line in a list.
 
-    The ``last`` parameters follow those of the function and are not passed to it.
+    The ``last`` parameters follow those of the function and are not passed to it; ``settings`` are
+    click's.
     """
 
     def bound(function: Callable[..., Answer | None]) -> click.Command:
         def call(**given: Any) -> None:
             if answer := _called(function, given):
-                answer.print(click.get_current_context().meta[AS_JSON])
+                answer.print(click.get_current_context().meta.get(AS_JSON, False))
 
         return Plain(
             name or function.__name__,
@@ -109,6 +117,7 @@ def command(
             params=[*_parameters(function), *last],
             help=function.__doc__,
             short_help=short,
+            **settings,
         )
 
     return bound

@@ -78,11 +78,12 @@ def compare(
     corrected by Holm over all comparisons. A design loses on a machine that it does not keep
     stable. The page shows the motions too.
     """
-    from hfc_design.cli.compared_tables import Progress, show
+    from hfc_design.core.console import MachinesBar
     from hfc_design.files.design_set import labelled
     from hfc_design.files.named_scenario import load_scenario
     from hfc_design.plotting.files import save
     from hfc_design.report.comparison.plots import machines as machines_drawn
+    from hfc_design.report.comparison.tables import tables
     from hfc_design.simulation.comparison import compare
 
     if out is not None:
@@ -96,7 +97,7 @@ def compare(
     else:
         where = [load_scenario(name, every) for name in scenarios]
     begun = time.monotonic()
-    with Progress() as bar:
+    with MachinesBar() as bar:
         comparison = compare(designs, where, spread, machines, seed, bar.chunk, tolerances)
     print(f"simulated in {time.monotonic() - begun:.1f} s", file=sys.stderr)
     options = _options(comparison, scenarios, changes)
@@ -105,7 +106,7 @@ def compare(
     if plot is not None:
         save(machines_drawn(comparison), plot)
         written.append(plot)
-    return Answer(comparison.numbers(), partial(show, comparison), written)
+    return Answer(comparison.numbers(), partial(tables, comparison), written)
 
 
 def _options(comparison: "Comparison", scenarios: Texts, changes: Texts) -> dict[str, Texts]:

@@ -79,11 +79,12 @@ def design(
     else:
         folder, task = out, run.opened_run(out)
     click.get_current_context().with_resource(exclusive(folder))  # until the report is written
-    if not resume:
-        task = run.new_run(task, folder, by_hand)
-    _warn(task)
-    watch = None if quiet or by_hand is not None else Watch(task)
-    result = _searched(task, folder, anyway, watch)
+    with nullcontext() if resume else run.begun(folder):
+        if not resume:
+            task = run.new_run(task, folder, by_hand)
+        _warn(task)
+        watch = None if quiet or by_hand is not None else Watch(task)
+        result = _searched(task, folder, anyway, watch)
     _show(task, folder, result, watch.summary() if watch else "", quiet)
 
 
@@ -113,7 +114,7 @@ def _by_hand(scenario: "Scenario", gains: str) -> "Design":
     from hfc_design.core.overrides import overridden
 
     numbers = numbers_of("--gains", gains, "kp=900,ki=40,kd=2")
-    return with_gains(scenario, scenario.controller.kind, overridden({}, numbers, "--gains"))
+    return with_gains(scenario, scenario.controller.kind, overridden({}, numbers, "gains"))
 
 
 def _warn(scenario: "Scenario") -> None:
@@ -144,17 +145,18 @@ def _searched(scenario: "Scenario", folder: Path, anyway: bool, watch: Any) -> "
     except KeyboardInterrupt:
         raise RunError(f"interrupted; {resuming(folder)}") from None
     except RunError as error:
-        raise RunError(f"{error.typed} (run folder {folder})") from None
+        raise RunError(f"{error.message} (run folder {folder})") from None
 
 
 def _show(scenario: "Scenario", folder: Path, result: "Result", summary: str, quiet: bool) -> None:
     """Write the report, and print the results."""
-    from hfc_design.cli.scoring import again_told, settling_told, show_table, show_usable
-    from hfc_design.core.console import busy
+    from hfc_design.cli.scoring import again_told, settling_told, show_usable
+    from hfc_design.core.console import busy, say, show
     from hfc_design.report.page import write_page
     from hfc_design.report.parts import baselines
     from hfc_design.runs.polishing import polish_told
     from hfc_design.runs.run import kept_use
+    from hfc_design.simulation.evaluating import score_table
 
     near = _near_the_best(scenario, result, folder)
     with nullcontext() if quiet else busy("the report, on unseen machines"):
@@ -165,7 +167,8 @@ def _show(scenario: "Scenario", folder: Path, result: "Result", summary: str, qu
         click.echo(line)
     names = baselines(scenario)
     rows = {"this design": result.evaluation} | {names[k].short: x for k, x in rivals.items()}
-    show_table(scenario, rows, summary)
+    show(score_table(scenario, rows))
+    say(summary)
     if line := polish_told(result.design):
         click.echo(line)
     if result.front is not None:

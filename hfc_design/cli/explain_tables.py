@@ -1,9 +1,9 @@
-"""Tables of an explanation that fit into 80 columns."""
+"""Tables of an explanation."""
 
-from rich.table import Table
+from collections.abc import Iterator
 
-from hfc_design.core.console import plain_table, show_whole, terminal
 from hfc_design.core.numbers import Json
+from hfc_design.core.tables import MISSING, Table, text
 
 #: Share of a command -> its name in an explanation.
 PARTS = {
@@ -13,122 +13,106 @@ PARTS = {
     "integral": "integral",
     "compensation": "low-velocity compensation",
 }
+HELD = (
+    "Nothing adapts: the rules that fired in the previous sample are not known. Give the previous "
+    "sample in another --at to see the adaptation."
+)
+NO_RATE = (
+    "The rate of the command is not limited: the previous command is not known. Give the previous "
+    "sample in another --at."
+)
 CONVERTED = (
-    "From the converter: the command as the drive receives it, rounded to whole steps\nor limited."
+    "From the converter: the command as the drive receives it, rounded to whole steps or limited."
 )
 #: Columns for the degrees of all terms beside one another.
 WIDEST = 42
 
 
-def show(explanation: Json, least: float) -> None:
-    """Print the result of ``explain.explanation``, and the count of rules below ``least``."""
-    console = terminal()
-    console.print(f"design {explanation['design']}, kind {explanation['kind']}", highlight=False)
+def tables(explanation: Json, least: float) -> Iterator[Table]:
+    """Tables of the result of ``explain.explanation``, with the count of rules below ``least``."""
+    lines = [f"design {explanation['design']}, kind {explanation['kind']}"]
     if "inside" in explanation:
-        console.print(
+        lines.append(
             f"These are the wrapped controllers; what {explanation['inside']} adds depends on "
-            "the whole machine.",
-            highlight=False,
+            "the whole machine."
         )
-    if explanation["adaptation_held"]:
-        console.print(
-            "Nothing adapts: the rules that fired in the previous sample are not known. "
-            "Give\nthe previous sample in another --at to see the adaptation.",
-            highlight=False,
-        )
-    if explanation["rate_left_out"]:
-        console.print(
-            "The rate of the command is not limited: the previous command is not "
-            "known.\nGive the previous sample in another --at.",
-            highlight=False,
-        )
-    _signals(explanation)
+    lines += [HELD] * explanation["adaptation_held"] + [NO_RATE] * explanation["rate_left_out"]
+    yield text(*lines)
+    yield _signals(explanation)
     for unit in explanation["units"]:
-        _unit(unit, least)
-    _command(explanation)
+        yield _degrees(unit)
+        yield _rules(unit, least)
+    if "scheduled" in explanation:
+        parts = explanation["scheduled"]
+        yield _sum("scheduled law", parts, sum(parts.values()), explanation["command_unit"])
+    yield _command(explanation)
 
 
-def _signals(explanation: Json) -> None:
+def _signals(explanation: Json) -> Table:
     scaled = ("scale", "scaled", "clamped") if "inputs" in explanation else ()
-    table = _table("signals", "signal", "value", "unit", *scaled)
-    table.columns[2].justify = "left"
     units = explanation["units_of_signals"]
     inputs = {item["name"]: item for item in explanation.get("inputs", ())}
     readings = {name: item["reading"] for name, item in inputs.items()} | explanation["signals"]
     called = {signal: name for name, signal in explanation.get("names", {}).items()}
+    rows = []
     for name, reading in readings.items():
         label = f"{called[name]} ({name})" if name in called else name
         row = [label, f"{reading:.6g}", units.get(name, "")]
         if name in inputs:
-            scaled = inputs[name]["scaled"]
-            clamped = f"{min(max(scaled, -1.0), 1.0):.4f}"
-            row += [f"{inputs[name]['scale']:.4g}", f"{scaled:.4f}", clamped]
-        table.add_row(*row)
-    show_whole(table)
+            value = inputs[name]["scaled"]
+            clamped = f"{min(max(value, -1.0), 1.0):.4f}"
+            row += [f"{inputs[name]['scale']:.4g}", f"{value:.4f}", clamped]
+        rows.append(row + [""] * (3 + len(scaled) - len(row)))
+    return Table("", ("signal", "value", "unit", *scaled), rows, title="signals")
 
 
-def _unit(unit: Json, least: float) -> None:
-    row, column = unit["row"], unit["column"]
+def _degrees(unit: Json) -> Table:
+    row, column = sides = unit["row"], unit["column"]
     title, labels = f"fuzzy unit '{unit['unit']}': degrees of the terms", list(row["degrees"])
+    rows = []
     if labels == list(column["degrees"]) and sum(max(len(x), 5) + 1 for x in labels) <= WIDEST:
-        table = _table(title, "input", "value", *labels)
-        for side in (row, column):
-            degrees = (f"{degree:.3f}" if degree else "-" for degree in side["degrees"].values())
-            table.add_row(side["input"], f"{side['value']:.4g}", *degrees)
-    else:  # each has its own, of which few count
-        table = _table(title, "input", "value", "term", "degree")
-        table.columns[2].justify = "left"
-        for side in (row, column):
-            counting = [pair for pair in side["degrees"].items() if pair[1]]
-            for k, (label, degree) in enumerate(counting):
-                head = ("", "") if k else (side["input"], f"{side['value']:.4g}")
-                table.add_row(*head, label, f"{degree:.3f}")
-    show_whole(table)
+        for side in sides:
+            degrees = (
+                f"{degree:.3f}" if degree else MISSING for degree in side["degrees"].values()
+            )
+            rows.append([side["input"], f"{side['value']:.4g}", *degrees])
+        return Table("", ("input", "value", *labels), rows, title=title)
+    for side in sides:  # each has its own, of which few count
+        counting = [pair for pair in side["degrees"].items() if pair[1]]
+        for k, (label, degree) in enumerate(counting):
+            head = ("", "") if k else (side["input"], f"{side['value']:.4g}")
+            rows.append([*head, label, f"{degree:.3f}"])
+    return Table("", ("input", "value", "term", "degree"), rows, title=title)
+
+
+def _rules(unit: Json, least: float) -> Table:
     shown = [rule for rule in unit["rules"] if rule["share"] >= least]
-    table = _table(None, f"if {row['input']}", f"and {column['input']}", "share", "consequent")
-    table.columns[1].justify = "left"
+    rows = []
     for rule in shown:
-        share, consequent = f"{100 * rule['share']:.2f} %", f"{rule['consequent']:.6g}"
+        consequent = f"{rule['consequent']:.6g}"
         consequent = f"{rule['label']} {consequent}" if "label" in rule else consequent
-        table.add_row(rule["row"], rule["column"], share, consequent)
-    hidden = unit["rules"][len(shown) :]
-    if hidden:
+        rows.append([rule["row"], rule["column"], f"{100 * rule['share']:.2f} %", consequent])
+    if hidden := unit["rules"][len(shown) :]:
         rest = sum(rule["share"] for rule in hidden)
-        number = f"{len(hidden)} more below {100 * least:g} %"
-        table.add_row(number, "", f"{100 * rest:.2f} %", "", style="dim")
-    show_whole(table, 2)
-    terminal().print(
-        f"  output of fuzzy unit '{unit['unit']}' = {unit['output']:.6g}\n", highlight=False
-    )
+        rows.append([f"{len(hidden)} more below {100 * least:g} %", "", f"{100 * rest:.2f} %", ""])
+    head = (f"if {unit['row']['input']}", f"and {unit['column']['input']}", "share", "consequent")
+    output = f"output of fuzzy unit '{unit['unit']}' = {unit['output']:.6g}"
+    return Table("", head, rows, lines=[output])
 
 
-def _command(explanation: Json) -> None:
-    unit = explanation["command_unit"]
-    if "scheduled" in explanation:
-        law = _table("scheduled law", "part", f"value [{unit}]")
-        for name, value in explanation["scheduled"].items():
-            law.add_row(PARTS.get(name, name), f"{value:.6g}")
-        law.add_section()
-        law.add_row("scheduled law", f"{sum(explanation['scheduled'].values()):.6g}")
-        show_whole(law)
-    table = _table("command", "part", f"value [{unit}]")
-    for name, value in explanation["parts"].items():
-        line = PARTS.get(name, name)
-        if name == "fuzzy" and "output_scale" in explanation:
-            line = f"fuzzy, {explanation['units'][-1]['unit']} x {explanation['output_scale']:g}"
-            line += " x scheduled law" * ("scheduled" in explanation)
-        table.add_row(line, f"{value:.6g}")
-    table.add_section()
-    table.add_row("command", f"{explanation['command']:.6g}")
-    if explanation["accepted"] != explanation["command"]:
-        table.add_row("from the converter", f"{explanation['accepted']:.6g}")
-    show_whole(table)
-    if explanation["accepted"] != explanation["command"]:
-        terminal().print(CONVERTED, highlight=False)
+def _command(explanation: Json) -> Table:
+    parts = dict(explanation["parts"])
+    if "fuzzy" in parts and "output_scale" in explanation:
+        line = f"fuzzy, {explanation['units'][-1]['unit']} x {explanation['output_scale']:g}"
+        line += " x scheduled law" * ("scheduled" in explanation)
+        parts = {line if name == "fuzzy" else name: x for name, x in parts.items()}
+    table = _sum("command", parts, explanation["command"], explanation["command_unit"])
+    if explanation["accepted"] == explanation["command"]:
+        return table
+    accepted = ["from the converter", f"{explanation['accepted']:.6g}"]
+    return table._replace(rows=[*table.rows, accepted], lines=[CONVERTED])
 
 
-def _table(title: str | None, *names: str) -> Table:
-    table = plain_table(title=title, title_style="bold")
-    for k, name in enumerate(names):
-        table.add_column(name, justify="right" if k else "left", no_wrap=True)
-    return table
+def _sum(name: str, parts: Json, value: float, unit: str) -> Table:
+    rows = [[PARTS.get(part, part), f"{x:.6g}"] for part, x in parts.items()]
+    return Table("", ("part", f"value [{unit}]"), [*rows, [name, f"{value:.6g}"]], title=name)

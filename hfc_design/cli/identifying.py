@@ -2,11 +2,9 @@
 
 import shlex
 import sys
-from functools import partial
 from os.path import isfile
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING
 
 import click
 
@@ -14,9 +12,6 @@ from hfc_design.cli import options as common
 from hfc_design.cli.binding import PATH, Answer, Texts, argument, command, option
 from hfc_design.cli.names import DESIGN, PLANT, SCENARIO
 from hfc_design.cli.usage import refusal
-
-if TYPE_CHECKING:
-    from hfc_design.identify.result import Identified
 
 COLUMN_HELP = (
     "Column of a signal, and its unit, as in 'position=qm [m]'; can be given several times."
@@ -60,18 +55,14 @@ def identify(
     starts, which takes some seconds to a minute; the folder gets report.html, identified.json, and
     scenario.toml for hfc design.
     """
-    from hfc_design.identify import identified, page, recording
-    from hfc_design.identify.request import task_of
+    from hfc_design.calls import identifying as calls
+    from hfc_design.identify import page
+    from hfc_design.identify.recording import log_name
     from hfc_design.identify.scenario import scenario_name
 
     if open_loop and bandwidth is not None:
         raise refusal("--open-loop: uses no observer; leave out --bandwidth")
-    # What is mistyped is told first, then what is in the way; only then anything is read.
-    names = [name.strip() for name in free.split(",")] if free else None
-    hz = 0.0 if open_loop else bandwidth
-    task = task_of(plant, scenario, changes, axis, controller, names, hz, seed)
-    logs = recording.sources(task, log, columns, check_log, checks)
-    path = common.free(out or Path(scenario_name(recording.log_name(log))), folder=True)
+    path = common.free(out or Path(scenario_name(log_name(log))), folder=True)
     if isfile(path):
         raise refusal(f"--out {path}: must be a folder (got a file)")
     begin = monotonic()
@@ -79,26 +70,21 @@ def identify(
     def tell(step: str) -> None:
         click.echo(f"{monotonic() - begin:4.0f} s  {step}", err=True)
 
-    result = identified.identify(*recording.recordings(task, logs, sample_time), tell)
+    result = calls.identify(
+        log,
+        plant,
+        scenario=scenario,
+        changes=changes,
+        axis=axis,
+        controller=controller,
+        free=[name.strip() for name in free.split(",")] if free else None,
+        bandwidth=0.0 if open_loop else bandwidth,
+        columns=columns,
+        sample_time=sample_time,
+        check_log=check_log,
+        check_columns=checks,
+        seed=seed,
+        on_step=tell,
+    )
     page.write(result, path, shlex.join(["hfc", *sys.argv[1:]]))
-    return Answer(result.numbers(), partial(_show, result), [path], indent=1)
-
-
-def _show(result: "Identified") -> None:
-    from hfc_design.core.console import show_rows
-    from hfc_design.identify.outcome import CHECKED, HEADS
-
-    parameters = HEADS, result.parameter_rows(), result.interval_line()
-    checks = CHECKED, result.check_rows(), ""
-    for heads, rows, below in (parameters, checks):
-        show_rows(heads, ([_plain(cell) for cell in row] for row in rows), 2, (0, 1))
-        click.echo(f"{below}\n" if below else "")
-    for line in (result.agreeing_line(), *result.untold_lines(), *result.notes):
-        click.echo(line)
-    if line := result.advice_line():
-        click.echo(f"record next: {_plain(line)}")
-
-
-def _plain(text: str) -> str:
-    """The text with characters that every terminal has."""
-    return text.replace("–", "-").replace("µ", "u").replace("±", "+-")
+    return Answer(result.numbers(), result.tables, [path], indent=1)

@@ -10,7 +10,7 @@ from hfc_design.cli.names import DESIGN, SCENARIO
 from hfc_design.cli.usage import refusal
 
 if TYPE_CHECKING:
-    from hfc_design.core.numbers import Json
+    pass
 
 AT_HELP = "Signals of a sample; repeat it for each following sample; the last is explained."
 
@@ -31,12 +31,12 @@ def explain(
     Integral and adaptation then have their initial values. With several --at the controller steps
     through the samples from rest, and adapts.
     """
-    from hfc_design.cli.explain_tables import show
+    from hfc_design.cli.explain_tables import tables
     from hfc_design.files.loop_setup import load_design
     from hfc_design.runtime.explain import explained
 
     explanation = explained(load_design(design, others), samples, axis)
-    return Answer(explanation, partial(show, explanation, least))
+    return Answer(explanation, partial(tables, explanation, least))
 
 
 @command("Gains that keep a drive stable; margins of a loop.", last=common.KNOWING)
@@ -58,9 +58,9 @@ def stability(
     Without arguments: the stable range of the drive of Jee & Koren 2004. With a DESIGN of kind flc,
     aflc or soflc: also the gains of its rule table; if its plant is no feed drive, with --gain and
     --time-constant. With any DESIGN and no other option: the loop as simulated on its scenario,
-    opened at its command and linearised at rest and at the speeds of its motions. Gain, phase and
-    delay margin, largest sensitivity, bandwidth and compliance, of the nominal machine and as a
-    band over other machines.
+    opened at its command and linearised at rest and at the speeds of its motions. The tables give
+    gain, phase and delay margin, largest sensitivity, bandwidth and compliance, for the nominal
+    machine and as a range over other machines.
     """
     from hfc_design.calls import stability as calls
 
@@ -72,7 +72,7 @@ def stability(
         from hfc_design.plotting.files import save
 
         save(result.figure(), plot)
-    return Answer(result.numbers(), result.show, [plot] if plot else [])
+    return Answer(result.numbers(), result.tables, [plot] if plot else [])
 
 
 NEAR_HELP = "Design to rate against the bound [default: that of the run]."
@@ -97,7 +97,7 @@ def attainable(
     """
     from hfc_design.files.named_scenario import load_scenario
     from hfc_design.report.page import write_page
-    from hfc_design.runs.attained import attained, keep_attained
+    from hfc_design.runs.attained import attained, attained_table, keep_attained
     from hfc_design.runs.run import DESIGN, finished_run
 
     folder, every = Path(name), [*common.choosing("plant"), *changes]
@@ -108,16 +108,4 @@ def attainable(
     else:
         source = str(folder / "config.toml") if folder.is_dir() else name
         numbers = attained(load_scenario(source, every), design)
-    return Answer(numbers, partial(_show_attained, numbers))
-
-
-def _show_attained(numbers: "Json") -> None:
-    from hfc_design.core.console import show_rows
-    from hfc_design.runs.attained import HEADS, attained_rows, left_out
-
-    named = any("sum_error" in one for one in numbers["motions"].values())
-    shown = HEADS if named else HEADS[:2]
-    heads = ["motion", *(head.replace(" ", "\n") for head in shown)]
-    rows = ([x.replace("–", "-") for x in row[: len(heads)]] for row in attained_rows(numbers))
-    caption = f"sum |e| over all samples [rad]{left_out(numbers)}"
-    show_rows(heads, rows, caption=caption, caption_justify="left")
+    return Answer(numbers, lambda: [attained_table(numbers)])

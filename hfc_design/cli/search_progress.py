@@ -74,7 +74,7 @@ class Watch(ProgressBar):
     def lap(self, lap: Lap) -> None:
         """Print the reason for another search."""
         assert lap.use is not None
-        self.say(f"{lap.use.answer}\nnew start: {lap.number + 2} of at most {self._laps}")
+        self.say(f"{lap.use.answer}\nnew search: {lap.number + 2} of at most {self._laps}")
         self._first = None
 
     def polished(self, done: Polished) -> None:

@@ -1,15 +1,15 @@
 """Output of ``hfc show`` and ``hfc list``, from the reference or for a user's own parts."""
 
-import json
+from collections.abc import Callable, Iterable
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-import click
-
 from hfc_design.cli import show_tables
+from hfc_design.cli.binding import Answer
 from hfc_design.cli.names import ENTRY_POINTS
 from hfc_design.core.plugins import GROUPS
+from hfc_design.core.tables import Table, text
 from hfc_design.core.texts import no_such, read_toml
 from hfc_design.reference import entries as reference
 from hfc_design.reference.entries import Entry
@@ -18,7 +18,7 @@ from hfc_design.reference.values import motions, values
 SCENARIOS = Path(__file__).parents[1] / "files" / "scenarios"
 
 
-def show(kind: str, name: str | None, as_json: bool) -> None:
+def show(kind: str, name: str | None) -> Answer:
     """``hfc show``: all things of a kind, or the thing ``name``.
 
     Raises:
@@ -26,20 +26,16 @@ def show(kind: str, name: str | None, as_json: bool) -> None:
     """
     if name is None:
         installed = [_plugin(kind, one)[0] for one in _plugins(kind)]
-        _list(kind, [*reference.things(kind), *installed], as_json)
-    elif kind == "scenario":
-        _scenario(name, as_json)
-    elif kind == "design":
-        _design(name, as_json)
-    elif kind == "key":
-        _keys(name, as_json)
-    else:
-        head = [one for one in reference.things(kind) if one.name == name]
-        every = [*head, *reference.parts(kind, name)] if head else _plugin(kind, name)
-        if as_json:
-            _print([one._asdict() for one in every])
-        else:
-            show_tables.show_thing(every)
+        return _list(kind, [*reference.things(kind), *installed])
+    if kind == "scenario":
+        return _scenario(name)
+    if kind == "design":
+        return _design(name)
+    if kind == "key":
+        return _keys(name)
+    head = [one for one in reference.things(kind) if one.name == name]
+    every = [*head, *reference.parts(kind, name)] if head else _plugin(kind, name)
+    return _answer([one._asdict() for one in every], lambda: show_tables.thing(every))
 
 
 def unlisted(kind: str, name: str) -> list[Entry]:
@@ -75,18 +71,16 @@ def _plugins(kind: str) -> list[str]:
     return list(dict.fromkeys([*known, *metadata.entry_points(group=ENTRY_POINTS[kind]).names]))
 
 
-def _print(data: Any) -> None:
-    click.echo(json.dumps(data, ensure_ascii=False))
+def _answer(numbers: Any, tables: Callable[[], Iterable[Table]]) -> Answer:
+    return Answer(numbers, tables, ascii=False)
 
 
-def _list(kind: str, entries: list[Entry], as_json: bool) -> None:
-    if as_json:
-        _print([one._asdict() for one in entries])
-    else:
-        show_tables.show_list(kind, entries)
+def _list(kind: str, entries: list[Entry]) -> Answer:
+    data = [one._asdict() for one in entries]
+    return _answer(data, lambda: [show_tables.listed(kind, entries)])
 
 
-def _keys(name: str, as_json: bool) -> None:
+def _keys(name: str) -> Answer:
     """Show a key of any origin, or all keys of a table that every plant, kind and so on has."""
     every = [
         one
@@ -98,14 +92,13 @@ def _keys(name: str, as_json: bool) -> None:
         known = list(dict.fromkeys(one.key for one in every))
         raise reference.unknown("key", name, known, [key for key in known if "." not in key])
     general = [one for one in below if one.kind == reference.KEY]
-    if as_json or not general:
-        _list("key", below, as_json)
-        return
-    _list("key", general, as_json)
-    show_tables.show_owners(one for one in below if one.kind != reference.KEY)
+    others = show_tables.owners(one for one in below if one.kind != reference.KEY)
+    shown = show_tables.listed("key", general or below)
+    tables = [shown, text(*others)] if general and others else [shown]
+    return _answer([one._asdict() for one in below], lambda: tables)
 
 
-def _scenario(name: str, as_json: bool) -> None:
+def _scenario(name: str) -> Answer:
     built_in = name in _names(reference.SCENARIO)
     if not built_in and not Path(name).is_file():
         raise no_such("scenario", name, _names(reference.SCENARIO))
@@ -115,22 +108,17 @@ def _scenario(name: str, as_json: bool) -> None:
     known = reference.scenario_keys(data, unlisted_entries)
     reference.check_keys(data, known, name)
     entries, each = values(data, known, unlisted_entries), list(motions(data))
-    if as_json:
-        keys = [one._asdict() for one in entries]
-        inside = {motion: [one._asdict() for one in rows] for motion, rows in each}
-        _print({"name": name, "names": chosen, "keys": keys, "motions": inside})
-    else:
-        show_tables.show_scenario(name, data, entries, each)
+    keys = [one._asdict() for one in entries]
+    inside = {motion: [one._asdict() for one in rows] for motion, rows in each}
+    numbers = {"name": name, "names": chosen, "keys": keys, "motions": inside}
+    return _answer(numbers, lambda: show_tables.scenario(name, data, entries, each))
 
 
-def _design(name: str, as_json: bool) -> None:
+def _design(name: str) -> Answer:
     if name not in _names(reference.DESIGN) and not Path(name).exists():
         raise no_such("design", name, _names(reference.DESIGN))
     from hfc_design.cli.show_design import facts  # with every kind of controller
     from hfc_design.files.design import named_design
 
     record = facts(named_design(name))
-    if as_json:
-        _print(record)
-    else:
-        show_tables.show_design(record)
+    return _answer(record, lambda: show_tables.design(record))

@@ -1,14 +1,12 @@
-"""Tables of ``hfc show``, which fit 60 columns and more."""
+"""Tables of ``hfc show`` and ``hfc list``, which fit 60 columns and more."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 
-from rich.table import Table
-
-from hfc_design.core.console import plain_table, terminal
 from hfc_design.core.numbers import Json, Plain
 from hfc_design.core.overrides import flat
+from hfc_design.core.tables import Table, text
 from hfc_design.reference.entries import Entry
 from hfc_design.reference.values import FILE, Value
 
@@ -31,72 +29,38 @@ LONGEST = 24
 KEY = 34
 
 
-def say(text: str = "") -> None:
-    """Print a line on stdout."""
-    terminal().print(text, highlight=False)
-
-
-def show_columns(title: str, names: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-    """Print a table whose last column takes the remaining width."""
-    table = plain_table(title=title or None)
-    for name in names:
-        last = name == names[-1]
-        table.add_column(
-            name,
-            overflow="fold",
-            ratio=2 if last else None,
-            no_wrap=name == "key",
-            max_width=None if last else KEY,
-        )
-    table.padding = (0, 1, 0, 0)
-    for row in rows:
-        table.add_row(*row)
-    terminal().print(table)
-
-
-def show_list(kind: str, entries: Sequence[Entry]) -> None:
-    """Print all things of a kind, a line each; keys as a table."""
+def listed(kind: str, entries: Sequence[Entry]) -> Table:
+    """All things of a kind, a row each."""
     if kind == "key":
-        _show_entries("", entries, "")
-        return
-    table = Table(box=None, show_header=False, padding=(0, 1, 0, 0))
-    table.add_column(no_wrap=True)
-    table.add_column()
-    for one in entries:
-        table.add_row(one.name, _with_unit(one))
-    terminal().print(table)
+        return _entries("", entries, "")
+    return Table("", ("", ""), [[one.name, _with_unit(one)] for one in entries])
 
 
 def _with_unit(one: Entry) -> str:
-    return f"{one.meaning} [{one.unit}]" if one.unit else one.meaning
+    text = f"{one.meaning} [{one.unit}]" if one.unit else one.meaning
+    return f"{text}; {one.allowed}" if one.allowed else text
 
 
-def show_owners(entries: Iterable[Entry]) -> None:
-    """Print the things that have more keys, and the commands that show these."""
-    owners: dict[str, list[str]] = {}
+def owners(entries: Iterable[Entry]) -> list[str]:
+    """Lines on the things that have more keys, and the commands that show these."""
+    named: dict[str, list[str]] = {}
     for kind, name in dict.fromkeys((one.kind, one.name) for one in entries):
-        owners.setdefault(kind, []).append(name)
-    for kind, names in owners.items():
-        keys = f"Each {kind} has its own keys here, as in hfc show {kind} {names[0]}"
-        say(f"\n{keys}: {', '.join(names)}")
+        named.setdefault(kind, []).append(name)
+    head = "Each {0} has its own keys here, as in hfc show {0} {1}: {2}"
+    return [head.format(kind, names[0], ", ".join(names)) for kind, names in named.items()]
 
 
-def show_thing(every: Sequence[Entry]) -> None:
-    """Print a thing and its parts."""
+def thing(every: Sequence[Entry]) -> Iterator[Table]:
+    """A thing and its parts."""
     head, *rest = every
-    say(f"{head.kind} {head.name}: {_with_unit(head)}")
-    if head.source:
-        say(f"source: {head.source}")
+    source = [f"source: {head.source}"] if head.source else []
+    facts = [f"{one.key}: {one.meaning}" for one in rest if one.part == "fact"]
+    yield text(f"{head.kind} {head.name}: {_with_unit(head)}", *source, *facts)
     rest.sort(key=lambda one: [*TITLES].index(one.part))
     for part, entries in groupby(rest, key=lambda one: one.part):
-        if part == "fact":
-            for one in entries:
-                say(f"{one.key}: {one.meaning}")
-            continue
-        for table, rows in groupby(entries, key=_table_of):
-            say()
+        for table, rows in groupby(entries, key=_table_of) if part != "fact" else ():
             title = f"{TITLES[part]}, [{table}]" if table else TITLES[part]
-            _show_entries(title, list(rows), f"{table}." if table else "")
+            yield _entries(title, list(rows), f"{table}." if table else "")
 
 
 def _table_of(one: Entry) -> str:
@@ -106,7 +70,7 @@ def _table_of(one: Entry) -> str:
     return one.key.rpartition(".")[0] if one.part == "parameter" else one.key.partition(".")[0]
 
 
-def _show_entries(title: str, entries: Sequence[Entry], prefix: str) -> None:
+def _entries(title: str, entries: Sequence[Entry], prefix: str) -> Table:
     read = all(one.part in READ for one in entries)
     names = ("name", "unit", "meaning") if read else ("key", "default", "meaning")
     rows = []
@@ -116,9 +80,8 @@ def _show_entries(title: str, entries: Sequence[Entry], prefix: str) -> None:
         meaning = [one.meaning, one.allowed if one.allowed not in one.meaning else ""]
         meant = "; ".join(filter(None, meaning)) + of
         rows.append((dotted(one.key.removeprefix(prefix)), default, meant))
-    show_columns(title, names, rows)
-    if any(word in one.unit for one in entries for word in OF_PLANT):
-        say(WORDS)
+    of_plant = any(word in one.unit for one in entries for word in OF_PLANT)
+    return Table("", names, rows, title=title, lines=[WORDS] * of_plant)
 
 
 def dotted(key: str) -> str:
@@ -152,38 +115,31 @@ def text_of(value: Plain, unit: str = "") -> str:
     return f"{text} {unit}" if counted and not unit.startswith("of the ") else text
 
 
-def show_scenario(
+def scenario(
     name: str, data: Json, entries: Sequence[Value], motions: Sequence[tuple[str, list[Value]]]
-) -> None:
-    """Print the values of a scenario, its defaults, and the values in each of its motions."""
-    say(f"scenario {name}: {data.get('description', '')}".rstrip(": "))
-    here = [x for x in entries if x.where == FILE and not x.key.startswith("motions")]
-    say()
-    show_columns(
-        "set in the file",
-        ("key", "value", "default"),
-        [
-            (
-                dotted(x.key),
-                text_of(x.value, x.unit),
-                "" if x.default is None else text_of(x.default, x.unit),
-            )
-            for x in here
-            if x.key != "description"
-        ],
-    )
-    if motions:
-        say()
-        rows = [
-            ("" if k else motion, dotted(x.key), _brief(x.value), x.where)
-            for motion, values in motions
-            for k, x in enumerate(values)
-        ]
-        show_columns("motions", ("motion", "key", "value", "from"), rows)
-    say()
+) -> Iterator[Table]:
+    """The values of a scenario, its defaults, and the values in each of its motions."""
+    yield text(f"scenario {name}: {data.get('description', '')}".rstrip(": "))
+    set_here = [
+        (
+            dotted(x.key),
+            "all defaults" if x.value == {} else text_of(x.value, x.unit),
+            "" if x.default is None else text_of(x.default, x.unit),
+        )
+        for x in entries
+        if x.where == FILE and not x.key.startswith("motions") and x.key != "description"
+    ]
+    yield Table("", ("key", "value", "default"), set_here, title="set in the file")
+    each = [
+        ("" if k else motion, dotted(x.key), _brief(x.value), x.where)
+        for motion, values in motions
+        for k, x in enumerate(values)
+    ]
+    if each:
+        yield Table("", ("motion", "key", "value", "from"), each, title="motions")
     left = [x for x in entries if x.where != FILE]
     rest = [(dotted(x.key), text_of(x.value, x.unit), x.meaning) for x in left]
-    show_columns("left at the default", ("key", "value", "meaning"), rest)
+    yield Table("", ("key", "value", "meaning"), rest, title="left at the default")
 
 
 def _brief(value: Plain) -> str:
@@ -194,16 +150,17 @@ def _brief(value: Plain) -> str:
     return f"{value.get('kind', '')} {rest}".strip()
 
 
-def show_design(record: Json) -> None:
-    """Print the ``facts`` of a design."""
+def design(record: Json) -> Iterator[Table]:
+    """The ``facts`` of a design."""
     axes = f", axes {', '.join(record['axes'])}" if record["axes"] else ""
-    say(f"design {record['name']}: {record['kind']}, {record['summary']}")
-    say(f"for the plant {record['plant']}{axes}, every {record['sample_time_s']:g} s")
     limits = ", ".join(f"{key} {text_of(x)}" for key, x in flat(record["limits"]).items() if x)
     score = ", ".join(f"{key} {text_of(x)}" for key, x in record["score"].items())
-    for what, text in (("source", record["source"]), ("limits", limits), ("score", score)):
-        if text:
-            say(f"{what}: {text}")
+    about = {"source": record["source"], "limits": limits, "score": score}
+    yield text(
+        f"design {record['name']}: {record['kind']}, {record['summary']}",
+        f"for the plant {record['plant']}{axes}, every {record['sample_time_s']:g} s",
+        *(f"{what}: {told}" for what, told in about.items() if told),
+    )
     signals = [(one["name"], one["unit"], one["meaning"]) for one in record["signals"]]
     tree = [(f"unit-{x['id']}", x["column_input"], x["row_input"]) for x in record["units"]]
     keys = [(x["key"], text_of(x["value"], x["unit"]), x["meaning"]) for x in record["keys"]]
@@ -213,5 +170,31 @@ def show_design(record: Json) -> None:
         ("controller", ("key", "value", "meaning"), keys),
     ):
         if rows:
-            say()
-            show_columns(title, names, rows)
+            yield Table("", names, rows, title=title)
+
+
+def plants() -> Iterator[Table]:
+    """Every plant, with signals and nominal machine of each of its drives once."""
+    from hfc_design.files.machine import ALL_PLANTS
+    from plants import Drive, machine_of  # which import JAX
+
+    shown: set[Drive] = set()
+    for name in ALL_PLANTS.names():
+        machine, lines = machine_of(ALL_PLANTS.get(name)), [name]
+        for drive in dict.fromkeys(machine.drives):
+            each = zip(machine.axes, machine.drives, strict=True)
+            added = [axis for axis, other in each if other is drive]
+            if len(machine.axes) > 1:
+                again = ", as above" if drive in shown else ""
+                axes = f"{'axis' if len(added) == 1 else 'axes'} {', '.join(added)}"
+                lines.append(f"{axes}: {drive.name}{again}")
+            if drive not in shown:
+                signals = ", ".join(f"{signal} [{unit}]" for signal, unit in drive.units.items())
+                yield text(*lines, f"signals: {signals}")
+                defaults, units = drive.parameters()._asdict(), drive.parameter_units
+                rows = [(key, f"{value:g}", units.get(key, "")) for key, value in defaults.items()]
+                yield Table("", ("parameter", "default", "unit"), rows)
+                lines = []
+            shown.add(drive)
+        if lines:
+            yield text(*lines)

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from hfc_design.cli import options as common
-from hfc_design.cli.binding import argument, command, option
+from hfc_design.cli.binding import Answer, argument, command, option
 from hfc_design.cli.names import CONTROLLER, ENTRY_POINTS, OF_KIND, PLANT, OrElse
 
 #: Kinds that can be shown; the first four may be a user's own.
@@ -28,28 +28,29 @@ SINGULARS = {
 }
 
 
-@command(name="list", last=common.KNOWING)
-def list_(what: str = argument(OrElse(LISTED, SINGULARS), metavar="WHAT")) -> None:
+@command(name="list", last=common.KNOWING, no_args_is_help=True)
+def list_(what: str = argument(OrElse(LISTED, SINGULARS), metavar="WHAT")) -> Answer:
     """What is built in.
 
     WHAT is one of scenarios, designs, plants, controllers, fitnesses, strategies and formats.
     """
+    from hfc_design.cli import show_reference, show_tables
+
     if what == "plants":
-        from hfc_design.cli.plant_tables import show_plants
-
-        show_plants()
-    else:
-        from hfc_design.cli import show_reference
-
-        show_reference.show(LISTED[what], None, as_json=False)
+        return Answer(None, show_tables.plants)
+    return show_reference.show(LISTED[what], None)
 
 
-@command("Explain a plant, controller, scenario or key, with units.", last=common.KNOWING)
+@command(
+    "Explain a plant, controller, scenario or key, with units.",
+    last=common.KNOWING,
+    no_args_is_help=True,
+)
 def show(
     kind: str = argument(OrElse(KINDS, PLURALS), metavar="KIND"),
     name: str | None = argument(OF_KIND, required=False),
-    as_json: bool = common.AS_JSON,
-) -> None:
+    _as_json: bool = common.AS_JSON,
+) -> Answer:
     """Explain NAME: parameters, units, defaults, allowed values, sources of the equations.
 
     KIND is plant, controller, strategy, objective, scenario, design, reference, metric, format or
@@ -59,7 +60,7 @@ def show(
     """
     from hfc_design.cli import show_reference
 
-    show_reference.show(kind, name, as_json)
+    return show_reference.show(kind, name)
 
 
 PLANT_HELP = "Plant: NAMES, or your own as module:OBJECT [default: c-axis]."

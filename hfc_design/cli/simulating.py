@@ -30,9 +30,8 @@ def score(
 ) -> None:
     """Fitness, merit and metrics of DESIGN (a built-in name, a design file or a run folder).
 
-    With --plant: on another plant, with parameters from --set plant.parameters.NAME=...; the
-    closest to a test of the model, if that plant has the signals that DESIGN reads, in the same
-    units.
+    With --plant: on another plant, with parameters from --set plant.parameters.NAME=..., as a test
+    of the model. That plant needs the signals that DESIGN reads, in the same units.
 
     With --spread 0.2: on many machines, each physical parameter within 20 % of its value; prints
     the share that is stable, and quantiles of every metric. A machine is stable if the motion
@@ -62,7 +61,7 @@ def score(
 
 
 def _show_kept(loops: Loops, k: int = 0, err: bool = False) -> None:
-    """Print the design's own settings that it keeps on a scenario that it was not made with."""
+    """Print the design's own settings that it keeps on another scenario than its own."""
     from hfc_design.files.transfer import transfer_report
 
     where = loops.scenarios[k]

@@ -15,9 +15,8 @@ if TYPE_CHECKING:
 
 #: Default strategy of --pareto.
 PRESET = "nsga-ii"
-#: Strategy that leads to the beginning of a front; generations that are then added, or their share
-#: of a set number.
-#: as are set this share.
+#: Strategy that searches the first design of a front; number of generations added for the front;
+#: share of the first search where ``--generations`` sets the sum.
 LEADER, SPREAD, LED = "cma", 120, 0.75
 
 
@@ -25,7 +24,8 @@ def trading(scenario: str, names: str, settings: dict[str, Any], changes: Texts)
     """Changes of a scenario for ``--pareto names``, with the ``settings`` of options.
 
     Population and generations of a scenario are meant for its own strategy; another one has its
-    own unless they are set. The strategy ``cma`` of a scenario leads to the beginning of a front.
+    own unless they are set. If that of the scenario is ``cma``, it first searches the design from
+    which the front begins.
 
     Raises:
         UserError: the chosen strategy or the objectives are not possible.
@@ -68,16 +68,13 @@ def trading(scenario: str, names: str, settings: dict[str, Any], changes: Texts)
 
 def show_front(front: "Front") -> None:
     """Print some points of a front on stdout."""
-    from hfc_design.core.console import show_rows
-    from hfc_design.report.trade_off import EMPTY, table
+    from hfc_design.core.console import say, show
+    from hfc_design.report.trade_off import EMPTY, front_table
 
-    if not len(front.merit):
-        click.echo(EMPTY)
-        return
-    head, rows = table(front)
-    title = f"trade-off: {len(rows)} of the {len(front.merit)} points of front.csv"
-    left = [k for k, name in enumerate(head) if not name]
-    show_rows(head, rows, left=left, title=title, title_style="")
+    if len(front.merit):
+        show(front_table(front))
+    else:
+        say(EMPTY)
 
 
 NEAREST_HELP = "The point closest to these values, as in chatter='2 V',tracking='20 urad'."
@@ -98,12 +95,14 @@ def pick(
     best usable design: by the share of machines that pass, then by the merit.
     """
     from hfc_design.batch.results import best_usable, is_run
-    from hfc_design.cli.scoring import show_table, show_usable
+    from hfc_design.cli.scoring import show_usable
     from hfc_design.core.checkpoint import write_whole
+    from hfc_design.core.console import show
     from hfc_design.core.texts import content
     from hfc_design.formats import FORMATS
     from hfc_design.runs.front import chosen
     from hfc_design.runs.run import DESIGN, finished_run, front_needed, picked
+    from hfc_design.simulation.evaluating import score_table
 
     if isdir(run) and not is_run(run):
         if point is not None or nearest is not None or knee:
@@ -132,7 +131,7 @@ def pick(
     FORMATS["json"].write(design, out)
     if numbers is not None:
         show_usable(numbers)
-    show_table(scenario, {f"point {point + 1}": evaluation})
+    show(score_table(scenario, {f"point {point + 1}": evaluation}))
     click.echo(f"design {out}")
 
 

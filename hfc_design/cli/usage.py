@@ -126,7 +126,9 @@ def _line(error: click.UsageError) -> str:
         return f"{name}: {error.message.rstrip('.')}"
     message = error.format_message().rstrip(".")
     if isinstance(error, click.NoSuchOption):
-        near = " or ".join(map(repr, error.possibilities or ()))
+        from hfc_design.core.wording import alternatives
+
+        near = alternatives(map(repr, error.possibilities or ()))
         message = f"no such option {error.option_name!r}{near and f'; did you mean {near}?'}"
     if not message[1:2].isupper():  # a name
         message = message[:1].lower() + message[1:]

@@ -60,7 +60,7 @@ class Recorded(NamedTuple):
     inputs: list[Node]
     limit: Node | None  # largest command of either sign
     commands: list[Any]  # of each axis
-    doubtful: list[Any]  # what is not finite where a command is not, or what is remembered
+    doubtful: list[Any]  # values that are not finite if a command or the new memory is not
     early: bool  # whether that is known before anything is remembered
     #: True after the first sample, and the index of the field before which it is stored; None if
     #: it is not needed.
@@ -68,8 +68,8 @@ class Recorded(NamedTuple):
     numbers: list[Node]  # name of the design
 
 
-#: Bound source: its largest command, a function (gains, memory) -> memory of a first sample, or
-#: None, and a function -> commands and new memory.
+#: A source with its inputs bound: its largest command, a function (gains, memory) -> memory of the
+#: first sample, or None, and a function -> commands and new memory.
 Bound: TypeAlias = "tuple[Any, Callable[..., Memory] | None, Callable[..., Any]]"
 
 

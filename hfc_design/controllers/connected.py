@@ -142,7 +142,7 @@ def _primed(
 def _sample(
     xp: Xp, law: AxisLaw, gains: Gains, memory: ConnectedMemory, signals: Signals
 ) -> tuple[Scalar, ConnectedMemory, Any]:
-    """The command that the drive is to have, what to remember, and what the law made it of."""
+    """The command for the drive, the new memory, and the parts of the law's command."""
     wrapped: Inside = law.structure
     inner = wrapped.law._replace(limit=law.limit, sample_time=law.sample_time)
     seen, drive = _sensed(xp, wrapped.connection.sensing, law.sample_time, memory.drive, signals)
@@ -312,9 +312,9 @@ def _sensed(
 
 
 def _folded(xp: Xp, sensing: Sensing, angle: str, difference: Scalar) -> Scalar:
-    """A difference of two readings of an angle; of one that begins anew after a turn the short way.
+    """A difference of two readings of an angle: the short way if a reading restarts after a turn.
 
-    A simulated reading does not begin anew, and nothing is folded of two that are near.
+    Simulated readings do not restart; small differences are not changed.
     """
     if not sensing.turn or angle != sensing.position:
         return difference

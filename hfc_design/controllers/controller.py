@@ -8,10 +8,10 @@ from typing import Any, NamedTuple, Protocol, TypeAlias
 
 from hfc_design.core.numbers import Gains, Memory, Parameters, Scalar, Xp, clipped
 
-#: What one axis tells at a sample: ``error``, ``error_rate``, what it follows (``FOLLOWED``) and
-#: the readings of its drive.
+#: Signals of one axis in a sample: ``error``, ``error_rate``, its reference (``FOLLOWED``) and the
+#: readings of its drive.
 Signals: TypeAlias = Mapping[str, Scalar]
-#: What it follows, and what that is.
+#: Signals of the reference, and their meanings.
 FOLLOWED = {
     "reference": "where the axis is to be",
     "reference_rate": "velocity that is commanded",
@@ -46,7 +46,7 @@ class PathView(NamedTuple):
     speed: Scalar = 0.0  # commanded along the path [unit/s]
     feed: Scalar = 0.0  # programmed there [unit/s]
     #: Change of the tangent along the path [1/unit], where there may be other axes than X and Y;
-    #: None of a rotary one.
+    #: None for a rotary axis.
     bend: tuple[Scalar | None, ...] = ()
 
 
@@ -97,8 +97,8 @@ class AxisLaw(NamedTuple):
     tells: bool = False
     #: As ``sample``, -> the memory that a first sample begins with; None: as ``start`` gives it.
     prime: Callable[..., Memory] | None = None
-    #: (xp, law, gains, memory) -> the memory of a design before its first sample, where its gains
-    #: decide that.
+    #: (xp, law, gains, memory) -> the memory of a design before its first sample, if it depends on
+    #: the gains.
     begin: Callable[..., Memory] | None = None
 
     def initial_memory(self, zero: Scalar) -> Memory:

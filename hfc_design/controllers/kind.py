@@ -70,7 +70,7 @@ def controller_named(start: Plain, info: ValidationInfo) -> Plain:
     try:
         design = (info.context or {})["named_design"](start)
     except UserError as error:
-        raise ValueError(error.typed) from None
+        raise ValueError(error.message) from None
     if (kind := design.controller.kind) != info.data.get("kind"):
         raise ValueError(f"is of kind {kind} and needs controller.kind = {kind!r}")
     return design.controller.model_dump()
@@ -161,12 +161,13 @@ def nothing(record: Record) -> list[Any]:
 
 def numbers(record: Any, shown: "ReportContext") -> list[Any]:
     """Default section of a report on a controller: its numbers."""
-    from hfc_design.plotting.section import Listing, Section  # which draw
+    from hfc_design.core.tables import Table
+    from hfc_design.plotting.section import Section  # which draw
 
     data: Json = record.model_dump(exclude={"kind", "sample_time_s"})
     values = {key.rpartition(".")[2]: value for key, value in flat(data).items()}
     rows = [[k, f"{x:.6g}"] for k, x in values.items() if isinstance(x, int | float)]
-    listing = Listing(f"Gains of the kind {record.kind}.", ["gain", "value"], rows)
+    listing = Table(f"Gains of the kind {record.kind}.", ["gain", "value"], rows)
     return [Section("The controller", "", listing, [])]
 
 
@@ -215,14 +216,15 @@ class ControllerRecord(Record):
     of_gains: ClassVar[Any] = None
     rule_base: ClassVar[RuleBase | None] = None
     no_rules: ClassVar[str] = "no rule tables"  # why, for who asks for a file of them
-    #: lookup(points) -> terms tabulated for a machine without exp: "law", that of the runtime with
-    #: them: limit -> AxisLaw, and how far it is off.
+    #: lookup(points) -> terms tabulated for a processor without exp: "law", the law of the runtime
+    #: with them (limit -> AxisLaw), and its largest deviation.
     lookup: ClassVar[Any] = None
     explain: ClassVar[Explain | None] = None
     #: table_gains() -> gains of the rule table, which a stable range bounds: name -> (K_1, K_2).
     table_gains: ClassVar[Any] = None
-    #: What ``hfc plot`` draws: pictures(drive) -> "surface", "terms", "tables", "tree", as far as
-    #: there are, -> name of a unit -> ``pictures.section.Drawn``; the last one where none is named.
+    #: What ``hfc plot`` draws: pictures(drive) -> for each available picture ("surface", "terms",
+    #: "tables", "tree") a function: name of a unit -> ``pictures.section.Drawn``. Without a name it
+    #: draws the last unit.
     pictures: ClassVar[Any] = None
 
     @classmethod

@@ -19,8 +19,8 @@ from hfc_design.core.numbers import Floats, Integers, Mask
 from hfc_design.core.records import RunError, writing
 
 FORMAT = "hfc-checkpoint-3"
-#: Which did not say what made them, but for the text of config.toml; in the first what had failed
-#: scored 0, and everything else more.
+#: Older formats. Of their origin they contain only the text of config.toml; in the first one a
+#: failed candidate has the score 0, every other one more.
 EARLIER = "hfc-checkpoint-1", "hfc-checkpoint-2"
 CONFIG = "config.toml"
 #: Kinds of numbers that are one of Python's, and that an array of a search has.

@@ -1,23 +1,37 @@
 """Output to the terminal: text is shown as it is, since brackets hold units and are not markup."""
 
+import re
 import sys
-from collections.abc import Container, Iterable
+import time
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from copy import copy
-from typing import Any, Self
+from textwrap import fill
+from typing import Any, NamedTuple, Self
 
 from rich.box import SIMPLE_HEAD
+from rich.cells import cell_len
 from rich.console import Console
 from rich.live import Live
 from rich.progress import Progress, ProgressColumn, Task
 from rich.spinner import Spinner
-from rich.table import Column, Table
+from rich.table import Column
+from rich.table import Table as Grid
 from rich.text import Text
+
+from hfc_design.core.tables import Table
 
 #: Columns of a terminal; fewer than the first are none, and the second are taken.
 NARROWEST, USUAL = 20, 80
 #: Columns of a terminal -> letters of its bar.
 BARS = {60: 10, 100: 20}
+#: Interval of the lines without a progress bar [s].
+EVERY = 5.0
+#: Letters that a last column of words has at least.
+LEAST = 16
+#: Part of a head that is not broken.
+WORD = re.compile(r"[^\s-]+-*|-+")
+#: Letters that some terminals lack, and what is shown for them.
+PLAIN = str.maketrans({"–": "-", "µ": "u", "±": "+-", "∞": "inf"})
 
 
 def terminal(stderr: bool = False) -> Console:
@@ -115,68 +129,115 @@ class ProgressBar:
             print(line, file=sys.stderr)
 
 
-def plain_table(**options: Any) -> Table:
-    """A table with a space between columns, so that eight of them fit into 80 characters."""
-    return Table(title_justify="left", box=SIMPLE_HEAD, show_edge=False, padding=0, **options)
+class MachinesBar(ProgressBar):
+    """Progress of the simulated machines; elsewhere a line every few seconds."""
+
+    def __init__(self) -> None:
+        super().__init__("compiling", 1, "machines")
+        self._said = time.monotonic()
+
+    def chunk(self, what: str, done: int, total: int) -> None:
+        """Show the number of finished machines."""
+        self.show(description=what, completed=done, total=total)
+        if time.monotonic() - self._said > EVERY:
+            self.say(f"{done}/{total} machines  {what}")
+            self._said = time.monotonic()
 
 
-def show_rows(
-    heads: Iterable[str],
-    rows: Iterable[Iterable[str | Text]],
-    leading: int = 1,
-    left: Container[int] = (0,),
-    **options: Any,
-) -> None:
-    """Print rows with ``show_whole``; columns hold numbers except for the ``left`` ones."""
-    table = plain_table(**options)
-    for k, head in enumerate(heads):
-        table.add_column(head, justify="left" if k in left else "right")
-    for row in rows:
-        table.add_row(*row)
-    show_whole(table, leading)
+def say(*lines: str) -> None:
+    """Print lines of text with characters that every terminal has, wrapped to its width."""
+    for line in lines:
+        print(fill(_plain(line), room(), break_on_hyphens=False, break_long_words=False))
 
 
-def show_whole(table: Table, leading: int = 1) -> None:
-    """Print a table without cutting a number.
+def _plain(text: str) -> str:
+    from hfc_design.core.records import harmless  # which imports NumPy
 
-    Columns that do not fit beside the first ``leading`` ones are printed in further tables below.
-    The leading columns may be wrapped and take half of the width.
+    lines = (harmless(line) for line in text.split("\n"))
+    return "\n".join(lines).translate(PLAIN)
+
+
+def show(*tables: Table) -> None:
+    """Print tables: each one's title or caption, its columns, its lines.
+
+    No cell is cut: the first column is wrapped where that helps, and a last column of words takes
+    the rest of the width. Columns that do not fit beside the first ones, of words, are printed in
+    further tables below; the first ones may take half of the width then.
     """
-    console, others = terminal(), [*range(leading, len(table.columns))]
-    whole = _part(table, [*range(leading), *others], leading, None)
-    most = None if _fits(whole, console) else console.width // (2 * leading)
+    for k, table in enumerate(one for one in tables if one.rows or one.lines):
+        if k:
+            print()
+        if table.rows:
+            if table.title:
+                say(table.title)
+            _show_columns(table)
+            if not table.title and table.caption:
+                say(table.caption)
+        say(*table.lines)
+
+
+class _Column(NamedTuple):
+    """A column of a table at a terminal."""
+
+    head: str
+    numeric: bool
+    cells: list[Text]
+    width: int
+
+
+def _columns(table: Table) -> Iterator[_Column]:
+    best = table.best or [()] * len(table.rows)
+    for k, (head, numeric) in enumerate(zip(table.head, table.numeric, strict=True)):
+        blank, cells = "  " * any(k in places for places in best), []
+        for row, places in zip(table.rows, best, strict=True):
+            mark, style = (" *", "bold") if k in places else (blank, "")
+            cells.append(Text(_plain(row[k]) + mark, style))
+        lines = [line for cell in cells for line in cell.plain.split("\n")]
+        yield _Column(_plain(head), numeric, cells, max(map(cell_len, [*lines, _plain(head)])))
+
+
+def _narrow(column: _Column) -> _Column:
+    """The column with its head wrapped to the width of its cells."""
+    lines = [line for cell in column.cells for line in cell.plain.split("\n")]
+    width = max(map(cell_len, [*lines, *WORD.findall(column.head)]), default=1)
+    return column._replace(head=fill(column.head, width), width=width)
+
+
+def _show_columns(table: Table) -> None:
+    console, columns = terminal(), [*_columns(table)]
+    if _wide(columns) > console.width:
+        columns = [*map(_narrow, columns)]
+    words = [word for cell in columns[0].cells for word in cell.plain.split()]
+    room = console.width - _wide(columns[1:]) - 1
+    if columns[0].width > room >= max(map(cell_len, words), default=0):
+        columns[0] = columns[0]._replace(width=room)
+    first = 2 if len(columns) > 2 and not columns[1].numeric else 1
+    most = console.width // (2 * first) if _wide(columns) > console.width else console.width
+    last, rest = columns[-1], console.width - _wide(columns[:-1]) - 1
+    if not last.numeric and last.width > rest >= LEAST:
+        columns[-1], most = last._replace(width=rest), console.width
+    leading = [one._replace(width=min(one.width, most)) for one in columns[:first]]
+    others = columns[first:]
     while others:
         count = len(others)
-        part = _part(table, [*range(leading), *others[:count]], leading, most)
-        while count > 1 and not _fits(part, console):
+        while count > 1 and _wide(leading + others[:count]) > console.width:
             count -= 1
-            part = _part(table, [*range(leading), *others[:count]], leading, most)
-        part.title = table.title if others[0] == leading else None
-        part.caption = table.caption if count == len(table.columns) - leading else None
+        console.print(_grid(leading + others[:count]))
         others = others[count:]
-        console.print(part)
         if others:
-            console.print()
-        elif part.caption is None and table.caption:  # the last table may be narrow
-            console.print(table.caption, style="table.caption")
+            print()
 
 
-def _fits(table: Table, console: Console) -> bool:
-    endless = console.options.update(max_width=10_000)
-    return console.measure(table, options=endless).maximum <= console.width
+def _wide(columns: Sequence[_Column]) -> int:
+    return sum(one.width for one in columns) + len(columns) - 1
 
 
-def _part(table: Table, places: list[int], leading: int, most: int | None) -> Table:
-    """A table of some of the columns; the first ``leading`` have so many letters at most."""
-    part = copy(table)
-    part.columns, part.rows = [], []
-    columns = [table.columns[k] for k in places]
-    for k, column in enumerate(columns):
-        options: dict[str, Any] = {"justify": column.justify, "no_wrap": True}
-        if k < leading:
-            options |= {"no_wrap": False, "overflow": "fold", "max_width": most}
-        part.add_column(column.header, **options)
-    rows = zip(*(column.cells for column in columns), strict=True)
-    for cells, row in zip(rows, table.rows, strict=True):
-        part.add_row(*cells, style=row.style, end_section=row.end_section)
-    return part
+def _grid(columns: Sequence[_Column]) -> Grid:
+    head = any(one.head for one in columns)
+    grid = Grid(box=SIMPLE_HEAD, show_edge=False, padding=0, show_header=head)
+    for one in columns:
+        side: Any = "right" if one.numeric else "left"
+        grid.add_column(Text(one.head), justify=side, overflow="fold", width=one.width)
+    for row in zip(*(one.cells for one in columns), strict=True):
+        grid.add_row(*row)
+    return grid

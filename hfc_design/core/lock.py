@@ -83,13 +83,21 @@ def try_lock(folder: Path, path: Path | None = None) -> Iterator[bool]:
 def exclusive(folder: Path) -> Iterator[None]:
     """Lock ``folder`` for this process, so that no other one writes there.
 
+    A folder that was not there before, and in which nothing was written, is removed.
+
     Raises:
-        RunError: another one does, or the lock cannot be written.
+        RunError: another process has locked it, or the lock cannot be written.
     """
-    with try_lock(folder) as mine:
-        if not mine:
-            raise RunError(f"{folder} is in use by {_holder(folder / LOCK)}")
-        yield
+    new = not folder.exists()
+    try:
+        with try_lock(folder) as mine:
+            if not mine:
+                raise RunError(f"{folder} is in use by {_holder(folder / LOCK)}")
+            yield
+    finally:
+        if new:
+            with suppress(OSError):  # it holds something
+                folder.rmdir()
 
 
 @contextmanager

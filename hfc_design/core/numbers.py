@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 #: A number of one machine: a float in the runtime, an array over individuals with NumPy, a value
-#: being traced in the simulator. No type of Python's says what these three have in common.
+#: being traced in the simulator. No Python type expresses what they have in common.
 Scalar: TypeAlias = Any
 #: A truth about ``Scalar``s, of the same three kinds.
 Truth: TypeAlias = Any
@@ -42,8 +42,8 @@ Integers: TypeAlias = NDArray[np.int64]
 Mask: TypeAlias = NDArray[np.bool_]
 Indices: TypeAlias = NDArray[np.intp]  # numbers of elements, from 0 on
 
-#: What differs by a smaller share is one number that was rounded otherwise: nothing may hang on
-#: that. ``SAME_SINGLE`` is the same of what has been in float32.
+#: Numbers with a smaller relative difference count as equal, since it comes from rounding and must
+#: decide nothing. ``SAME_SINGLE`` is for numbers that have been in float32.
 SAME, SAME_SINGLE = 1e-9, 1e-6
 #: The largest number that is read from a text: squares of larger ones overflow.
 LARGEST_NUMBER = 1e100

@@ -5,19 +5,20 @@ from collections.abc import Iterable, Mapping
 from os.path import abspath, isfile
 
 from hfc_design.core.numbers import Json, Plain
-from hfc_design.core.records import UserError
+from hfc_design.core.records import NOTHING, UserError, option
 from hfc_design.core.texts import DEEPEST, plain_fault, toml_of
 
 #: Values by dotted key, or texts like "key.sub=value".
 Changes = Iterable[str] | Mapping[str, Plain]
-#: What changes a scenario, and what a design.
 #: Keys that name a file.
 FILES = ("file", "start")
-EXAMPLES = {"--set": "simulation.duration_s=5", "--change": "controller.integral_gain=8"}
+#: Options of changes of a scenario, of a design and of a network.
+EXAMPLES = {"set": "simulation.duration_s=5", "change": "controller.integral_gain=8"}
+EXAMPLES |= {"network": "momentum=0.9"}
 
 
-def set_keys(changes: Iterable[str], option: str) -> Json:
-    """Dotted keys and values from an option's "dotted.key=value".
+def set_keys(changes: Iterable[str], by: str) -> Json:
+    """Dotted keys and values from the "dotted.key=value" of the option ``by``.
 
     A value is TOML, or else a bare string.
 
@@ -25,17 +26,22 @@ def set_keys(changes: Iterable[str], option: str) -> Json:
         UserError: a change does not have that form.
     """
     settings: Json = {}
-    for change in _texts(changes, option):
+    for change in _texts(changes, by):
         key, equals, text = change.partition("=")
         if not equals or not key.strip():
-            raise UserError(f"{option} {change}: must be KEY=VALUE, as in {EXAMPLES[option]}")
+            raise UserError(f"{_given(by, change)}: must be KEY=VALUE, as in {EXAMPLES[by]}")
         try:
             parsed = toml_of(f"value = {text}")
         except ValueError:
             parsed = {}
         value = parsed["value"] if [*parsed] == ["value"] else text.strip()
-        settings[key.strip()] = _from_here(key.strip(), value) if option == "--set" else value
+        settings[key.strip()] = _from_here(key.strip(), value) if by == "set" else value
     return settings
+
+
+def _given(by: str, key: str, value: Plain = NOTHING) -> str:
+    """Text about a change of the option ``by``."""
+    return option(by, value, "changes" if by in ("set", "change") else by, key)
 
 
 def _from_here(key: str, value: Plain) -> Plain:
@@ -46,8 +52,8 @@ def _from_here(key: str, value: Plain) -> Plain:
     return abspath(value) if named else value
 
 
-def overridden(data: Json, changes: Changes, option: str = "--set") -> Json:
-    """Return ``data`` with the values of dotted keys; ``option`` is named in messages.
+def overridden(data: Json, changes: Changes, by: str = "set") -> Json:
+    """Return ``data`` with the values of dotted keys; the option ``by`` is named in messages.
 
     In a list, a part of a key is the number of an entry, counted from 0.
 
@@ -55,7 +61,7 @@ def overridden(data: Json, changes: Changes, option: str = "--set") -> Json:
         UserError: a key leads through something that is neither table nor list, or names an entry
             that a list does not have; or a value is not plain.
     """
-    values = changes if isinstance(changes, Mapping) else set_keys(changes, option)
+    values = changes if isinstance(changes, Mapping) else set_keys(changes, by)
     if fault := plain_fault(data):  # of a script; a file has been through this
         raise UserError(fault)
     data = copy.deepcopy(data)
@@ -63,49 +69,47 @@ def overridden(data: Json, changes: Changes, option: str = "--set") -> Json:
         *path, last = str(key).split(".")
         fault = f"has more than {DEEPEST} parts" if len(path) >= DEEPEST else None
         if fault := fault or plain_fault({key: value}):
-            raise UserError(f"{option} {str(key)[:60]}: {fault}")
+            raise UserError(f"{_given(by, str(key)[:60])}: {fault}")
         place: Plain = data
-        argument = f"{option} {key}={value}"
+        given = _given(by, str(key), value)
         for part in path:
-            place = _inner(place, part, argument)
-        place[_entry(place, last, argument) if isinstance(place, list) else last] = value
+            place = _inner(place, part, given)
+        place[_entry(place, last, given) if isinstance(place, list) else last] = value
     return data
 
 
-def _texts(changes: Iterable[str], option: str) -> list[str]:
+def _texts(changes: Iterable[str], by: str) -> list[str]:
     """Changes one by one; UserError: they are no texts."""
     each = [changes] if isinstance(changes, str) or not isinstance(changes, Iterable) else changes
     texts = [*each]
     for one in texts:
         if not isinstance(one, str):
             raise UserError(
-                f"changes must be strings as in {EXAMPLES[option]!r}, or a mapping of "
+                f"changes must be strings as in {EXAMPLES[by]!r}, or a mapping of "
                 f"dotted keys to values (got {one!r})"
             )
     return texts
 
 
-def _inner(place: Plain, part: str, argument: str) -> Plain:
+def _inner(place: Plain, part: str, given: str) -> Plain:
     """The table or list that a part of a key names in ``place``; a table that is not there yet."""
-    key: Plain = _entry(place, part, argument) if isinstance(place, list) else part
+    key: Plain = _entry(place, part, given) if isinstance(place, list) else part
     container: Plain = place[key] if isinstance(place, list) else place.get(key)
     if container is None:  # an optional part of a design is null where there is none
         container = {}
     elif isinstance(container, tuple):  # of a script
         container = list(container)
     if not isinstance(container, dict | list):
-        raise UserError(f"{argument}: {part} is not a table")
+        raise UserError(f"{given}: {part} is not a table")
     place[key] = container
     return container
 
 
-def _entry(place: list[Plain], part: str, argument: str) -> int:
+def _entry(place: list[Plain], part: str, given: str) -> int:
     """The entry of a list that a part of a key names."""
     if not (part.isascii() and part.isdigit() and int(part) < len(place)):
         entries = f"the entries 0 to {len(place) - 1}" if place else "no entries"
-        raise UserError(
-            f"{argument}: {part!r} must be the number of an entry, the list has {entries}"
-        )
+        raise UserError(f"{given}: {part!r} must be the number of an entry, the list has {entries}")
     return int(part)
 
 

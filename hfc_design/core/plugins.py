@@ -33,10 +33,10 @@ from pydantic import (
 from hfc_design.core.arguments import a_kind
 from hfc_design.core.numbers import Json
 from hfc_design.core.overrides import flat
-from hfc_design.core.records import NAME, UserError, checked
+from hfc_design.core.records import NAME, UserError, checked, either, option
 from hfc_design.core.user_code_errors import describe
 from hfc_design.core.validation_errors import short
-from hfc_design.core.wording import near, one_of
+from hfc_design.core.wording import alternatives, near, one_of
 
 Thing = TypeVar("Thing")
 #: Of several groups: ``Group.what`` and the name or ``module:OBJECT`` of each plug-in.
@@ -44,6 +44,8 @@ References = list[tuple[str, str]]
 #: ``module:OBJECT``, as ``--use`` takes it.
 REFERENCE = re.compile(r"\w[\w.-]*:\w[\w.]*")
 ANY_CLASS = ConfigDict(arbitrary_types_allowed=True)
+#: What makes a part of one's own known.
+LOAD = either("--use module:OBJECT", "hfc.register(module.OBJECT)")
 #: Every group, by the option that names one of it, without its dashes.
 GROUPS: "dict[str, Group[Any]]" = {}
 
@@ -74,7 +76,7 @@ class Group(Generic[Thing]):
             UserError: it is not of this kind, cannot work, or has a name that is taken.
         """
         if not self.takes(thing):
-            wanted = " or ".join(kind.__name__ for kind in (*self.kind, *self.classes))
+            wanted = alternatives(kind.__name__ for kind in (*self.kind, *self.classes))
             raise UserError(f"must be a {wanted} (got {a_kind(thing)})")
         name = str(thing.name)
         if not re.fullmatch(NAME, name):
@@ -102,7 +104,7 @@ class Group(Generic[Thing]):
         """Return the plug-in with a name, from an installed package if necessary.
 
         Raises:
-            UserError: nothing here has that name, or the package's cannot be used.
+            UserError: no plug-in has that name, or that of a package cannot be used.
         """
         if name in self.known:
             return self.known[name]
@@ -110,7 +112,7 @@ class Group(Generic[Thing]):
         if not entries:
             raise UserError(
                 f"{short(name)}: unknown {self.what}; {one_of(name, self.names())}; load "
-                "your own with --use module:OBJECT or runtime.use"
+                f"your own with {LOAD} or runtime.use"
             )
         if len(entries) > 1:
             values = ", ".join(entry.value for entry in entries)
@@ -131,7 +133,7 @@ class Group(Generic[Thing]):
         try:
             return self.get(name)
         except UserError as error:
-            why = error.typed.removeprefix(f"{short(name)}: ")
+            why = error.message.removeprefix(f"{short(name)}: ")
             raise ValueError(f"{key} = {short(name)}: {why}" if key else why) from None
 
     def source(self, name: str) -> str | None:
@@ -149,9 +151,9 @@ class Group(Generic[Thing]):
         """
         if ":" not in text:
             if text not in self.names() and (meant := _module_meant(text)):
-                raise UserError(f"--{self.what} {text}: unknown {self.what}; {meant}")
+                raise UserError(f"{option(self.what, text)}: unknown {self.what}; {meant}")
             return self.get(text)
-        thing = self._imported(text, f"--{self.what} {text}")
+        thing = self._imported(text, option(self.what, text))
         self.given[str(getattr(thing, "name", ""))] = text
         return thing
 
@@ -182,7 +184,7 @@ def group_of(thing: Any) -> Group[Any]:
     for group in GROUPS.values():
         if group.takes(thing):
             return group
-    raise UserError(f"argument must be a {' or '.join(GROUPS)} (got {short(thing)})")
+    raise UserError(f"argument must be a {alternatives(GROUPS)} (got {short(thing)})")
 
 
 def given() -> References:
@@ -263,7 +265,7 @@ def own_code(
         if not user_parts or isinstance(error, (UserError, *passing)):
             raise
         noted = "".join(f"{x}: " for x in getattr(error, "__notes__", ()) if x.isidentifier())
-        raise UserError(f"{' or '.join(user_parts)}{doing}: {noted}{describe(error)}") from error
+        raise UserError(f"{alternatives(user_parts)}{doing}: {noted}{describe(error)}") from error
 
 
 def uses(named: Any, known: bool = True) -> str:
@@ -312,9 +314,10 @@ def _check_fields(thing: Any, source: str) -> None:
 def chosen(
     group: Group[Any] | Callable[[], Group[Any]], part: str, key: str = "kind", default: str = ""
 ) -> WrapValidator:
-    """Validator of a file's table by the record that is ``part`` of the object its ``key`` names.
+    """Validator of a table of a file, whose ``key`` names an object of ``group``.
 
-    ``default`` is the name if the key is left out.
+    The record in the attribute ``part`` of that object checks the table. ``default`` is the name if
+    the key is left out.
     """
 
     def validated(data: Any, base: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:

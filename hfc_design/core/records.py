@@ -3,6 +3,7 @@
 import re
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
+from numbers import Number
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self, TypeAlias, TypeVar, get_args
 
@@ -21,7 +22,6 @@ from pydantic import (
 from pydantic_core import PydanticKnownError
 
 from hfc_design.core import quantities
-from hfc_design.core.for_scripts import for_scripts
 from hfc_design.core.numbers import Plain
 from hfc_design.core.validation_errors import NO_KEYS, format_errors, with_keys
 from hfc_design.core.wording import Keys
@@ -53,7 +53,7 @@ Label = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,31}$")]
 TERMS = 7
 ZR = TERMS // 2  # place of the middle term
 Row = Annotated[tuple[Finite, ...], Field(min_length=TERMS, max_length=TERMS)]
-Table = Annotated[tuple[Row, ...], Field(min_length=TERMS, max_length=TERMS)]
+Rules = Annotated[tuple[Row, ...], Field(min_length=TERMS, max_length=TERMS)]
 
 
 @AfterValidator
@@ -91,7 +91,7 @@ class Record(BaseModel):
 
     @classmethod
     def _without_truths(cls, data: Any) -> Any:
-        """``data`` with nothing for a number in the place of what Python alone takes for one."""
+        """``data`` with ``...`` in place of values that only Python takes for numbers, as True."""
         if not isinstance(data, dict) or not any(map(_no_number, data.values())):
             return data
         kinds = {name: one.annotation for name, one in cls.model_fields.items()}
@@ -115,15 +115,49 @@ class Ordered(Record):
         return {key: data[key] for key in sorted(data, key=lambda key: key in self.keys_last)}
 
 
+#: Noncharacters of Unicode, which ``harmless`` replaces: they are in no text that is shown.
+BEGIN, OR, END = MARKS = "\ufdd0\ufdd1\ufdd2"
+_BOTH = re.compile(f"{BEGIN}([^{MARKS}]*){OR}([^{MARKS}]*){END}")
+NOTHING: Any = object()
+
+
+def either(typed: str, in_script: str) -> str:
+    """Text for a message that is ``typed`` on the command line and ``in_script`` elsewhere."""
+    return BEGIN + OR.join(re.sub(f"[{MARKS}]", "?", text) for text in (typed, in_script)) + END
+
+
+def option(name: str, value: Any = NOTHING, argument: str = "", key: str | None = None) -> str:
+    """Text for a message about the option ``name``, ``_`` for ``-``, of a function's ``argument``.
+
+    ``argument`` is "" if it has the same name. ``value`` is what was given: True for an option
+    without value, ``...`` for one that the user should give. ``key`` is that of one of several in
+    a mapping, or without ``value`` a text among several.
+    """
+    typed, in_script = f"--{name.replace('_', '-')}", argument or name
+    shown = str(value) if isinstance(value, Number) else repr(value)
+    if value is ... or value is True:
+        return either(typed, f"{in_script}={'' if value is ... else value}")
+    if key is None:
+        nothing = value is NOTHING
+        return (
+            either(typed, in_script)
+            if nothing
+            else either(f"{typed} {value}", f"{in_script}={shown}")
+        )
+    if value is NOTHING:
+        return either(f"{typed} {key}", f"{in_script}: {key}")
+    return either(f"{typed} {key}={value}", f"{in_script}={{{key!r}: {shown}}}")
+
+
 #: Characters of a message, which has "hfc: " before it: nobody reads more.
 LONGEST = 295
 #: What is quoted in a line that is too long: of such a path or value the ends are enough.
 LONG_WORD = re.compile(r"\S{101,}")
 
 
-def in_a_line(message: str) -> str:
+def in_a_line(message: str, to_script: bool = False) -> str:
     """A message as one line with a limited length and without control characters."""
-    line = " ".join(message.split())
+    line = " ".join(_BOTH.sub(r"\2" if to_script else r"\1", message).split())
     if len(line) > LONGEST:
         line = LONG_WORD.sub(lambda match: f"{match[0][:60]}...{match[0][-30:]}", line)
     if len(line) > LONGEST:  # who is meant stands in front, what is allowed at the end
@@ -148,13 +182,17 @@ class UserError(Exception):
 
     def __str__(self) -> str:
         """The lines for a script, with arguments in place of command-line options."""
-        # Whoever says where it was has room before.
-        return "\n".join(in_a_line(for_scripts(str(line))) for line in self.args)
+        return "\n".join(in_a_line(str(line), True) for line in self.args)
 
     @property
     def typed(self) -> str:
-        """All ``lines`` as one text, for another error or for a table of the program."""
+        """All ``lines`` as one text, for a table of the program."""
         return "\n".join(self.lines)
+
+    @property
+    def message(self) -> str:
+        """All lines as one text for another error, which may be shown to either."""
+        return "\n".join(map(str, self.args))
 
     def within(self, source: object) -> Self:
         """The same mistakes, attributed to ``source``."""
@@ -192,7 +230,7 @@ def checked(
     ``keys`` are those that it may have, ``context`` is for the validators.
 
     Raises:
-        UserError: the model does not allow data; a line a mistake, with file, key, value, rule.
+        UserError: the model does not allow the data; one line for each mistake.
     """
 
     def check(data: Plain) -> Checked:

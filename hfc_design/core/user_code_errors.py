@@ -59,7 +59,7 @@ def _carried(message: str) -> str:
 
 
 def _in_a_word(kind: str) -> str:
-    """State of <class 'mine.State'>, int64 of int64[64]; of what JAX traces a number."""
+    """ "State" for <class 'mine.State'>, "int64" for int64[64], "number" for a traced value."""
     name = kind.partition("[")[0].removeprefix("<class '").removesuffix("'>").rpartition(".")[2]
     return "number" if name == "ShapedArray" else name
 

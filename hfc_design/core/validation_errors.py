@@ -11,7 +11,7 @@ from pydantic_core.core_schema import ErrorType
 
 from hfc_design.core.numbers import Plain
 from hfc_design.core.quantities import without_unit
-from hfc_design.core.wording import Keys, near, one_of, rule
+from hfc_design.core.wording import Keys, alternatives, near, one_of, rule
 
 #: Lines on one file; the others are counted.
 MOST = 100
@@ -38,7 +38,7 @@ def no_such_key(model: type[BaseModel], key: str) -> NoSuchKey:
 
 
 def _fields(model: type[BaseModel], name: str) -> Iterable[str]:
-    """The keys of the table that is a field, if it is one of always the same keys."""
+    """The keys of a field that is a table, if they are fixed."""
     field: Any = model.model_fields[name].annotation
     if get_origin(field) is Annotated:
         field = get_args(field)[0]
@@ -102,8 +102,8 @@ def format_errors(
 ) -> list[str]:
     """Lines with every mistake in ``data``; missing keys come first, in a line together.
 
-    ``again`` checks other data in its place, which shows the kinds that there are; ``keys`` are the
-    allowed keys.
+    ``again`` checks other data in its place, to find the available kinds; ``keys`` are the allowed
+    keys.
     """
     missing, faults = [], dict[str, list[str]]()
     for one in error.errors(include_url=False):
@@ -133,7 +133,7 @@ def _either(messages: list[str]) -> str:
     head, rule, _ = first.partition(": must be ")
     alike = bool(rule) and all(line.startswith(head + rule) for line in others)
     return (
-        " or ".join([first, *(x.removeprefix(head + rule) for x in others)])
+        alternatives([first, *(x.removeprefix(head + rule).strip() for x in others)])
         if alike
         else ("; ".join([first, *others]))
     )
@@ -196,7 +196,7 @@ def _no_kind(error: Any, data: Plain, key: str, again: Callable[[Plain], Any]) -
 
 
 def _kinds(place: Place, data: Plain, which: str, again: Callable[[Plain], Any]) -> list[str]:
-    """The kinds that the table at ``place`` can be of: what is said of one that there is not."""
+    """The kinds that the table at ``place`` can have: those that an unknown kind's error lists."""
     try:
         again(_with_kind(data, place, which))
     except ValidationError as error:
@@ -219,7 +219,7 @@ def _with_kind(data: Plain, place: Place, which: str) -> Plain:
 
 
 def _place(location: Place, data: Plain, missing: bool) -> tuple[str, Plain]:
-    """The dotted key of a location, the last one perhaps missing, and what stands there.
+    """The dotted key of a location, whose last part may be missing, and the value there.
 
     pydantic puts the branch of a union into the location too; no such key is in the file.
     """

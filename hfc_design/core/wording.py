@@ -54,8 +54,8 @@ RULES = {
     "invalid_key": "must have strings as keys",
     "invalid-json-value": "must be a value that a file can hold",
 }
-#: Letters of names in a row.
-MOST = 150
+#: Letters of names in a row; at the end so many more names are no reason to leave them out.
+MOST, FEW = 150, 3
 #: Of a kind that nobody thought of.
 NOT_ALLOWED = "is not allowed here"
 _FIRST = "starting with a letter or digit"
@@ -115,6 +115,12 @@ def three_digits(value: float) -> str:
     return f"{value:.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:.3g}"
 
 
+def alternatives(names: Iterable[str]) -> str:
+    """Text ``a, b or c``; "" of no names."""
+    *others, last = [*names] or [""]
+    return f"{', '.join(others)} or {last}" if others else last
+
+
 def one_of(given: object, known: Iterable[str], head: str = "available:") -> str:
     """Text ``available: a, b, c``, preceded by a name that may have been meant."""
     names = [*known]
@@ -122,5 +128,6 @@ def one_of(given: object, known: Iterable[str], head: str = "available:") -> str
     listing = ", ".join(names) or "none"
     if len(listing) > MOST:
         first = listing[:MOST].rpartition(", ")[0]
-        listing = f"{first} and {len(names) - first.count(', ') - 1} more"
+        left = len(names) - first.count(", ") - 1
+        listing = f"{first} and {left} more" if left > FEW else listing
     return f"{meant}{head} {listing}"

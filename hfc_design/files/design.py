@@ -17,6 +17,7 @@ from hfc_design.controllers.kind import ControllerRecord, require
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.controllers.per_axis import learnt
 from hfc_design.core.arguments import a_kind
+from hfc_design.core.embedded_files import embedded, embedder
 from hfc_design.core.numbers import Json, Memory, finite
 from hfc_design.core.overrides import Changes, lists, overridden, set_keys
 from hfc_design.core.plugins import chosen, naming_modules, resuming, uses
@@ -31,7 +32,7 @@ from hfc_design.core.records import (
     UserError,
     checked,
 )
-from hfc_design.core.reprs import line, table
+from hfc_design.core.tables import line, table
 from hfc_design.core.texts import as_user_error, json_of, no_such, read_text, toml_of, writable
 from hfc_design.core.validation_errors import inside
 
@@ -106,6 +107,11 @@ class Limits(PerAxisRecord):
         """Largest change of the command of each of these axes in a sample."""
         rates = {axis: self.of(axis).command_rate for axis in axes}
         return {axis: rate and rate * sample_time for axis, rate in rates.items()}
+
+    def beside(self, *used: str) -> Json:
+        """Values of an axis by full keys, without the keys ``used`` and without defaults."""
+        left = self.model_dump(exclude={"axes", *used}, exclude_defaults=True)
+        return {f"limits.{key}": x for key, x in left.items()}
 
     def without_rate(self) -> Self:
         """The same limits without one of the rate."""
@@ -258,7 +264,7 @@ def _inside(thing: Any) -> str:
 
 
 def read_design(path: str | Path) -> Design:
-    """Read the design in a file.
+    """Read the design in a file, with the files of its scenario that lie in the same folder.
 
     Raises:
         UserError: the file cannot be read, is not JSON, or is not a design that can run.
@@ -268,7 +274,12 @@ def read_design(path: str | Path) -> Design:
         raise UserError(
             f"{path}: {fault}; convert it with hfc import {quote(str(path))} --out NAME.json"
         )
-    return parse_design(read_text(path), path)
+    design = parse_design(read_text(path), path)
+    named = design.provenance.get("scenario")
+    scenario = embedded(named, Path(path).parent, embedder())
+    if scenario == named:
+        return design
+    return design.model_copy(update={"provenance": design.provenance | {"scenario": scenario}})
 
 
 def parse_design(text: str, source: str | Path) -> Design:
@@ -319,8 +330,8 @@ def changed_design(design: Design, changes: Changes, source: str) -> Design:
     Raises:
         UserError: a change does not have that form, or the result cannot run.
     """
-    values = changes if isinstance(changes, Mapping) else set_keys(changes, "--change")
-    data = overridden(design.model_dump(mode="json"), values, "--change")
+    values = changes if isinstance(changes, Mapping) else set_keys(changes, "change")
+    data = overridden(design.model_dump(mode="json"), values, "change")
     start = "controller."
     controller_keys = [key.removeprefix(start) for key in values if key.startswith(start)]
     if controller_keys and isinstance(data["controller"], dict):

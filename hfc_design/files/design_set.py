@@ -30,7 +30,7 @@ def labelled(designs: AnyDesigns) -> dict[str, Design]:
     of its file or run folder, with as many parent folders as necessary.
 
     Raises:
-        UserError: there is no such design, one stands there twice, or is only a kind.
+        UserError: there is no such design, one is given twice, or is only a kind.
     """
     if isinstance(designs, Mapping):
         return {name: load_design(_no_kind(design)) for name, design in designs.items()}

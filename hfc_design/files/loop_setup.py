@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 
 from hfc_design.controllers.controller import FOLLOWED, Controller, rate_limited
-from hfc_design.core.embedded_files import embedded, embedder
 from hfc_design.core.numbers import SCALARS, Gains
 from hfc_design.core.overrides import Changes, overridden, set_keys
 from hfc_design.core.plugins import own_code
-from hfc_design.core.records import UserError, checked
+from hfc_design.core.records import UserError, checked, option
 from hfc_design.files.design import AnyDesign, Design, Limits, changed_design, named_design, naming
 from hfc_design.files.machine import ALL_PLANTS, PlantSettings
 from hfc_design.files.named_scenario import load_scenario, scenario_of
@@ -52,12 +51,12 @@ def load_design(name: AnyDesign, changes: Changes | None = None) -> Design:
             settings = design.plant.model_dump()
             plant = checked(PlantSettings, settings, f"{source}: plant", Path(source).parent)
         check_laws(design, plant.machine)
-        design = _with_axes(_gathered(design, Path(source)), source)
+        design = _with_axes(design, source)
     return design
 
 
 def _with_axes(design: Design, source: str) -> Design:
-    """The design with axes of its plant wherever its limits tell them apart.
+    """The design; if its limits name axes, with all axes of the machine in its plant.
 
     Raises:
         UserError: the limits are of an axis that the machine does not have.
@@ -67,19 +66,10 @@ def _with_axes(design: Design, source: str) -> Design:
     known = axes_of(design)
     for axis in design.limits.axes:
         if axis not in known:
-            hint = f"the machine has {', '.join(known)}; plant.axes names others"
+            hint = f"the machine has {', '.join(known)}; plant.axes can add others"
             raise UserError(f"{source}: limits.axes.{axis}: unknown axis, {hint}")
     axes = {axis: design.plant.axes.get(axis, {}) for axis in known}
     return design.model_copy(update={"plant": design.plant.model_copy(update={"axes": axes})})
-
-
-def _gathered(design: Design, source: Path) -> Design:
-    """The design with the files of its scenario that lie beside it or in its run folder."""
-    folder = source if source.is_dir() else source.parent
-    scenario_data = embedded(design.provenance.get("scenario"), folder, embedder())
-    if scenario_data == design.provenance.get("scenario"):
-        return design
-    return design.model_copy(update={"provenance": design.provenance | {"scenario": scenario_data}})
 
 
 def check_laws(design: Design, machine: Machine) -> None:
@@ -117,13 +107,13 @@ def own_scenario(design: Design, name: str, changes: Changes = ()) -> Scenario:
     Raises:
         UserError: the provenance holds a scenario that is not valid, or there is none at all.
     """
-    values = changes if isinstance(changes, Mapping) else set_keys(changes, "--set")
+    values = changes if isinstance(changes, Mapping) else set_keys(changes, "set")
     plant = values.get("plant.name", design.plant.name)
     if plant != design.plant.name and plant in ALL_PLANTS.names():
         return _on_plant(design, own_scenario(design, name), plant, values)
     data = design.provenance.get("scenario", DEFAULT_SCENARIOS.get(design.plant.name))
     if data is None:
-        raise UserError(f"{name}: has no scenario; give one with --scenario")
+        raise UserError(f"{name}: has no scenario; give one with {option('scenario', ...)}")
     if isinstance(data, str):
         return load_scenario(data, values)
     source, path = f"{name}: provenance.scenario", Path(name)
@@ -195,7 +185,8 @@ def machine(design: Design, scenario: Scenario) -> PlantSettings:
     if design.controller.sample_time_s != sample_time:
         raise UserError(
             f"design {design.name} runs every {design.controller.sample_time_s} s, "
-            f"scenario {scenario.name} has simulation.sample_time_s = {sample_time}"
+            f"scenario {scenario.name} has simulation.sample_time_s = {sample_time}; set it to "
+            f"{design.controller.sample_time_s} in the scenario, or design again with the scenario"
         )
     if design_plant.name != wanted.name:
         return wanted
@@ -285,7 +276,7 @@ def controller_of(design: Design, scenario: Scenario) -> tuple[Controller, Gains
 
 
 def slower_drives(design: Design, scenario: Scenario) -> dict[str, float | None]:
-    """Largest change of the command of each axis with a drive slower than the design, or None."""
+    """Largest change of the command per sample of each axis whose drive limits it, else None."""
     axes = scenario.plant.machine.axes
     drives = scenario.limits.changes(axes, scenario.simulation.sample_time_s)
     design_changes = design.changes(axes)
@@ -293,16 +284,16 @@ def slower_drives(design: Design, scenario: Scenario) -> dict[str, float | None]
 
 
 def check_drives(design: Design, scenario: Scenario) -> None:
-    """Check that no drive of a loop on a simulated machine is slower than the commands.
+    """Check that the drives of a simulated loop can follow the fastest command of the design.
 
     Raises:
-        UserError: one is.
+        UserError: the ``command_rate`` of one is too small.
     """
     for axis, change in slower_drives(design, scenario).items():
         if change:
             rate = scenario.limits.of(axis).command_rate
             raise UserError(
-                f"scenario {scenario.name}: limits.command_rate = {rate}: is slower than "
+                f"scenario {scenario.name}: limits.command_rate = {rate}: is below "
                 f"the limit of design {design.name}, which a simulated loop cannot "
                 "represent; give the design that limit"
             )

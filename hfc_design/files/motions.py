@@ -15,8 +15,8 @@ from hfc_design.motion.trajectories import PathReference
 from plants import Drive, Machine
 
 AnyReference = Annotated[Reference | PathReference | EachAxis, Field(discriminator="kind")]
-#: A copy of a loop starts off it by this share of the way that its axis goes, in a second at most,
-#: and by as many steps that it can tell apart at least; by so much where an axis stands still.
+#: Initial disturbance of the copy of a loop: this share of the travel of its axis (of one second at
+#: most), but at least so many steps of its resolution; fixed distances for an axis at rest.
 DISTURBANCE, LEAST_STEPS = 0.01, 100
 STILL_RAD, STILL_MM = 1e-3, 0.01
 #: Of a machine of one axis: state -> value at the start; of several: axis -> such a table.

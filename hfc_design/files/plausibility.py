@@ -19,7 +19,7 @@ from hfc_design.objectives.tolerances import TolerancesSettings, tolerated
 from hfc_design.objectives.unsettled import SWING
 
 #: Whether a motion settles is judged by each half of its last quarter (``objectives.unsettled``),
-#: where what swings within SWING samples has to be seen.
+#: in which oscillations with periods of up to SWING samples have to be visible.
 LEAST_SAMPLES = int(8 * SWING)
 #: Standard deviation of what rounding to whole steps is off by, of a step.
 ROUNDING = 1.0 / sqrt(12.0)
@@ -121,7 +121,7 @@ def _coarse(motion: Scenario) -> Iterator[str]:
 
 
 def _axes(scenario: Scenario) -> list[tuple[str, str]]:
-    """Each axis, and what stands before its keys."""
+    """Each axis, and the prefix of its keys."""
     names = scenario.plant.machine.axes
     sensor_axes = scenario.sensors.axes
     return [(name, f"axes.{name}." if name in sensor_axes else "") for name in names]

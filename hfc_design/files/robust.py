@@ -14,8 +14,8 @@ from plants import Drive
 
 Share = Annotated[float, Field(gt=0, lt=1)]
 Count = Annotated[int, Field(ge=1, le=100_000)]
-#: What has a tolerance beside the parameters of a plant: around every drive, in these units, and
-#: shares of all friction while it sticks and while it moves.
+#: Quantities with a tolerance other than the parameters of a plant, with their units: effects
+#: around every drive, and factors on all friction, at rest and in motion.
 AROUND = {
     "load": "load",  # constant, either way
     "delay_samples": "samples",

@@ -13,8 +13,8 @@ from hfc_design.controllers.kind import ControllerSettings, Target
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.numbers import SAME
 from hfc_design.core.plugins import chosen
-from hfc_design.core.records import Asked, Name, Record, UserError
-from hfc_design.core.reprs import line, table
+from hfc_design.core.records import Asked, Name, Record, UserError, option
+from hfc_design.core.tables import line, table
 from hfc_design.files.design import Limits
 from hfc_design.files.feasibility import check_feasible, motion_of, reference_of
 from hfc_design.files.machine import (
@@ -87,12 +87,13 @@ class Scenario(Record, metaclass=Asked):
     run: RunSettings = RunSettings()  # computation
     windows: tuple[Window, ...] = ()  # parts of the motion with additional metrics
     #: metrics by name, each with its largest allowed value: a number, or a string with a unit [of
-    #: the measure]; band: the width for band_time; for the linearised loop the largest sensitivity
+    #: the metric]; band: the width for band_time; for the linearised loop the largest sensitivity
     #: and the smallest gain_margin, phase_margin_deg and delay_margin_samples
     constraints: Constraints = Field({}, exclude_if=not_)
     #: perturbed machines on which every candidate is tested; left out: only the nominal machine
     robust: RobustSettings | None = Field(None, exclude_if=not_)
-    #: stress tests beyond these machines; left out: the defaults
+    #: stress tests beyond these machines, of a scenario with [robust] or [stress]; left out: the
+    #: defaults
     stress: StressSettings = Field(StressSettings(), exclude_if=StressSettings().__eq__)
 
     def __repr__(self) -> str:
@@ -192,7 +193,7 @@ class Scenario(Record, metaclass=Asked):
         names = [motion.name for motion in self.motions]
         if name is not None and name not in names:
             known = ", ".join(names) or "a single motion without a name"
-            raise UserError(f"--motion {name}: scenario {self.name} has {known}")
+            raise UserError(f"{option('motion', name, 'name')}: scenario {self.name} has {known}")
         return self.each_motion()[names.index(name) if name is not None else 0]
 
     def _alone(self, motion: Motion) -> "Scenario":

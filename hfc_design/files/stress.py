@@ -25,7 +25,7 @@ class Mode(Record):
 
 
 class StressSettings(Record):
-    """What the answer tries beside the scenario's machines, one at a time; 0 leaves one out."""
+    """Stresses that the answer adds to the scenario, one at a time; 0 leaves one out."""
 
     delay_samples: Annotated[float, Field(ge=0, le=16)] = 1.0  # additional delay [samples]
     lag_samples: NotNegative = 0.5  # additional time constant of the current loop [samples]

@@ -17,9 +17,9 @@ from hfc_design.files.named_scenario import load_scenario, with_files
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.references import Load
 
-HEAD = "The design keeps from the scenario it was made with:"
+HEAD = "Kept from the scenario that the design was made with, or this scenario's:"
 #: A file of rules tells neither machine nor limits; the import takes those of its plant.
-IMPORTED = "The file names no machine; the design keeps from the import's assumptions:"
+IMPORTED = "The file names no machine; kept from the import's assumptions, or this scenario's:"
 KEPT, UNKNOWN = "kept", "this scenario's; the design does not record what it was made with"
 
 

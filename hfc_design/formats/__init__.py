@@ -4,7 +4,7 @@ import importlib
 import pkgutil
 from collections.abc import Callable
 
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, option
 from hfc_design.files.design import Design
 from hfc_design.formats.writing import Format
 
@@ -37,5 +37,5 @@ def check_score(design: Design, anyway: bool) -> None:
         where = design.score.get("scenario", "its scenario")
         raise UserError(
             f"design {design.name}: diverged on {where} when it was scored; to export it "
-            "nevertheless add --anyway"
+            f"nevertheless add {option('anyway', True)}"
         )

@@ -79,7 +79,7 @@ def sources(
 
 
 def tabulated(design: Design, points: int) -> tuple[dict[str, str], Json]:
-    """Return the sources without ``exp``: degrees tabulated at ``points`` values, else linear.
+    """Return the sources without ``exp``: degrees from a table of ``points`` values, interpolated.
 
     Returns:
         The files, and the result of ``Kind.lookup``.

@@ -22,7 +22,7 @@ from hfc_design.controllers.connected import (
 from hfc_design.controllers.controller import FOLLOWED, AxisLaw, Controller, units_of, within_rate
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Memory, Scalar, Truth, Xp
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, option
 from hfc_design.files.design import Design
 from hfc_design.files.loop_setup import machine, own_scenario, slower_drives, with_converter
 from hfc_design.files.machine import Axis, measured_apart
@@ -62,24 +62,24 @@ def connect(design: Design, scenario: Scenario | None = None) -> Design:
         UserError: the scenario cannot run from here or has other axes; or one code serves all axes
             and they are measured in different ways.
     """
-    begin = f"design {design.name}: its sensors are not known"
+    begin, bare = f"design {design.name}: its sensors are not known", option("bare", True)
     try:
         every = f"simulation.sample_time_s={design.controller.sample_time_s!r}"
         made = scenario or own_scenario(design, design.name, [every])
         plant = machine(design, made)
         scenario = with_converter(made, design)
     except UserError as error:
-        message = f"{begin}, as its scenario cannot run: {error.lines[0]}"
-        raise UserError(f"{message}; with --bare only the code of the law is exported") from None
+        message = f"{begin}, as its scenario cannot run: {error.args[0]}"
+        raise UserError(f"{message}; with {bare} only the code of the law is exported") from None
     axes = [axis for axis in plant.each() if design.axis in ("", axis.name)]
     whole = laws.machine_axes(design)
     if not axes or (whole and tuple(axis.name for axis in axes) != whole):
         message = f"the scenario {scenario.name} has no {design.axis or ' '.join(whole)}"
-        raise UserError(f"{begin}, {message}; with --bare only the code of the law is exported")
+        raise UserError(f"{begin}, {message}; with {bare} only the code of the law is exported")
     sensed = [_sensing_of(axis, scenario) for axis in axes]
     if not whole and any(one != sensed[0] for one in sensed[1:]):
         message = "its axes have different sensors, but share one code"
-        raise UserError(f"design {design.name}: {message}; export it with --bare")
+        raise UserError(f"design {design.name}: {message}; export it with {bare}")
     drives = {axis.name: _fed_back(axis, scenario) for axis in axes}
     each_told = {name: _text(drive) for name, drive in drives.items()}
     connected = design.model_copy()
@@ -225,7 +225,7 @@ def _plain(function: Callable[[dict[str, Scalar]], dict[str, Scalar]]) -> Callab
 
 
 def _rested(start: Memory, axes: tuple[str, ...], xp: Xp, fresh: Truth, memory: Memory) -> Memory:
-    """Reset a memory: numbers return to their ``start`` values, arrays, which are learnt, stay."""
+    """Reset a memory: numbers return to their ``start`` values, arrays, which are learned, stay."""
 
     def chosen(now: Any, first: Any) -> Memory:
         plain = isinstance(first, float | int) and not isinstance(first, bool)

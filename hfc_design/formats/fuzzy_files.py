@@ -25,13 +25,13 @@ from hfc_design.controllers.rules import (
     spread,
 )
 from hfc_design.core.numbers import Json, RuleTable
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, option
 from hfc_design.files.design import Design
 from hfc_design.formats import writing
 from hfc_design.formats.scripts import function
 from hfc_design.formats.writing import Format
 
-CLASH = "{name!r} is a keyword of that format, or is used there for two things"
+CLASH = "{name!r} is a keyword of that format, or the same as another name there"
 
 
 class Input(NamedTuple):
@@ -160,7 +160,8 @@ def fml(design: Design) -> dict[str, str]:
         names = Counter(element.get("name") for element in ET.fromstring(text.encode()).iter())
         for name, count in names.items():
             if name is not None and count > 1:
-                raise UserError(f"--to fml: two things would be called {name}; rename one of them")
+                fault = f"two names would become {name}; rename one of them"
+                raise UserError(f"{option('to', 'fml')}: {fault}")
     return files
 
 

@@ -101,10 +101,10 @@ def learnt(design: Design) -> list[str]:
 
 
 def taken(design: Design, numbers: dict[str, Floats]) -> ControllerRecord:
-    """Return a record with the learnt ``numbers``, by the members of the code's state."""
+    """Return a record with the learned ``numbers``, by the members of the code's state."""
     memory = filled(begun_law(design), {name: x.tolist() for name, x in numbers.items()})
     adapted = _adapted(design, memory)
-    assert adapted is not None  # or it had learnt nothing
+    assert adapted is not None  # or it had learned nothing
     return adapted
 
 

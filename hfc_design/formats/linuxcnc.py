@@ -12,7 +12,7 @@ from hfc_design.controllers.connected import SWITCHES
 from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json
-from hfc_design.core.records import UserError, harmless
+from hfc_design.core.records import UserError, harmless, option
 from hfc_design.files.design import Design
 from hfc_design.files.loop_setup import check_drives, machine, own_scenario
 from hfc_design.files.machine import ALL_PLANTS, PlantSettings
@@ -39,8 +39,9 @@ def components(design: Design) -> dict[str, Content]:
         UserError: the design cannot run on HAL, or the scenario that it names cannot be run from
             here; it may name a file that is missing.
     """
+    to_c = option("to", "c")
     if design.kind.controller and not design.kind.axis_records:
-        message = "it commands a whole machine, but a component has one axis; use --to c"
+        message = f"it commands a whole machine, but a component has one axis; use {to_c}"
         raise UserError(f"design {design.name} is of kind {design.kind.name}: {message}")
     values, sources = _values(design), code.sources(design)
     files: dict[str, Content] = {**sources}
@@ -50,7 +51,7 @@ def components(design: Design) -> dict[str, Content]:
         loop, files["reference.txt"] = _simulated_loop(design)
     except UserError as error:
         if "scenario" in design.provenance:
-            raise UserError(f"{error.typed}; --to c exports only the controller") from None
+            raise UserError(f"{error.message}; {to_c} exports only the controller") from None
         reason = re.sub("[<>`]", "_", harmless(error.typed))
         values |= {"machine": None, "axes": [""], "reason": reason}
     else:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.io import savemat
 
 from hfc_design.controllers.rules import FlatGaussian
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, option
 from hfc_design.files.design import Design
 from hfc_design.formats.fuzzy_files import Input, inputs, texts, unit_head
 from hfc_design.formats.scripts import function, named
@@ -34,7 +34,7 @@ def systems(design: Design) -> dict[str, str]:
         # Where no rule fires a unit gives 0, Octave's evalfis an error, MATLAB's another value.
         if sum(map(_faintest, pair)) > FADED:
             raise UserError(
-                f"--to fis: the terms of {name} leave gaps in which no rule fires; "
+                f"{option('to', 'fis')}: the terms of {name} leave gaps in which no rule fires; "
                 "programs that read the format disagree on the output there"
             )
     values: dict[str, object] = {"units": units, "head": unit_head(design)}

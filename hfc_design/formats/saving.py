@@ -1,4 +1,4 @@
-"""State of a design's C code as numbers, and recovery of learnt values from such numbers."""
+"""State of a design's C code as numbers, and recovery of learned values from such numbers."""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -38,10 +38,10 @@ class Member(NamedTuple):
 
 
 class Saved(NamedTuple):
-    """Saved members of a state, the learnt ones first."""
+    """Saved members of a state, the learned ones first."""
 
     members: list[Member]
-    learnt: int  # numbers of what is learnt
+    learnt: int  # numbers of what is learned
     numbers: int  # all of them
 
 
@@ -76,7 +76,7 @@ def learning(design: Design) -> Saved | None:
 
 
 def taken(design: Design, numbers: Sequence[float]) -> ControllerRecord:
-    """Return the controller of a design with the learnt values in ``numbers`` of ``NAME_save``.
+    """Return the controller of a design with the learned values in ``numbers`` of ``NAME_save``.
 
     The first ``NAME_LEARNT`` numbers are enough.
 

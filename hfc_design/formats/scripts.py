@@ -3,7 +3,7 @@
 import re
 
 from hfc_design.codegen import javascript, matlab
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, option
 from hfc_design.files.design import Design
 from hfc_design.formats import code
 from hfc_design.formats.laws import recorded_law
@@ -28,7 +28,8 @@ def function(design: Design, name: str = "") -> str:
 def named(target: str, name: str) -> str:
     """Return ``name`` if it can be a field in MATLAB; UserError otherwise."""
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,62}", name) or name in RESERVED.get(target, ()):
-        raise UserError(f"--to {target}: {name} is not a valid field name in MATLAB; rename it")
+        fault = f"{name} is not a valid field name in MATLAB; rename it"
+        raise UserError(f"{option('to', target)}: {fault}")
     return name
 
 

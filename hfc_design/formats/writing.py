@@ -26,7 +26,7 @@ from hfc_design.controllers.kind import require
 from hfc_design.controllers.rules import RuleBase, RuleUnit, identifier
 from hfc_design.core.checkpoint import synced, write_whole
 from hfc_design.core.lock import TEMPORARY
-from hfc_design.core.records import RunError, UserError, harmless, writing
+from hfc_design.core.records import RunError, UserError, harmless, option, writing
 from hfc_design.files.design import Design, design_json
 from hfc_design.files.machine import ALL_PLANTS, PlantSettings
 from plants import Drive
@@ -265,12 +265,12 @@ def check_names(target: str, names: Iterable[str], clash: str) -> None:
     for name in names:
         if not re.fullmatch(r"[A-Za-z](_?[A-Za-z0-9])*", name):
             raise UserError(
-                f"--to {target}: {name} must be an identifier: a letter, then letters, "
+                f"{option('to', target)}: {name} must be an identifier: a letter, then letters, "
                 "digits and single underscores between them; rename it in the design file"
             )
         if other := taken.get(name.casefold()):
             message = clash.format(name=name, other=other)
-            raise UserError(f"--to {target}: {message}; rename it in the design file")
+            raise UserError(f"{option('to', target)}: {message}; rename it in the design file")
         taken[name.casefold()] = name
 
 

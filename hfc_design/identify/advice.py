@@ -100,10 +100,10 @@ def _shapes(largest: float, every: float, steps: int) -> list[tuple[float, float
 
 
 def _simulated(fit: Fit, log: Recording, command: Floats, substeps: int) -> tuple[Floats, Floats]:
-    """(steps,) simulated places of the axis, and slopes (steps, outputs, numbers) of its log.
+    """(steps,) simulated positions of the axis, and slopes (steps, outputs, numbers) of its log.
 
-    The simulated record is as long as the log, if that is longer, and its end does not count: one
-    program is then enough for both.
+    A command that is shorter than the log is simulated over the length of the log, so that one
+    program serves both; the additional samples do not count.
     """
     steps = len(command)
     still = np.zeros(max(steps, len(log.load)))

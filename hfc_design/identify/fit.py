@@ -16,6 +16,7 @@ from scipy.signal import fftconvolve, lfilter
 from scipy.stats import qmc
 
 from hfc_design.core.numbers import Floats, Mask, Scalar, within
+from hfc_design.core.records import either
 from hfc_design.identify.parameters import FACTOR, LOAD, OFFSETS, FreeParameters
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import DAMPED, Replay, Residual, replay
@@ -24,12 +25,12 @@ from hfc_design.identify.replay import DAMPED, Replay, Residual, replay
 STARTS, REFINED = 100, 10
 #: Range of the starts: up to so many times the value or its inverse.
 AWAY = 5.0
-#: Most replays of Levenberg-Marquardt for a refined start, and for the final fit; share by which
-#: the next replay must reduce the squares, for each of them.
+#: Largest number of replays of Levenberg-Marquardt for a refined start, and for the final fit;
+#: share by which the next replay must reduce the sum of squares in each.
 FEW, MANY = 15, 100
 LOOSE, TIGHT = 1e-3, 1e-8
-#: Initial damping, and its largest value; its least weight as a share of that of the steepest
-#: slope, which keeps hardly visible numbers from running away. Steeper slopes have no squares.
+#: Initial and largest damping; its least weight, as a share of that of the steepest slope, which
+#: keeps barely determined numbers from diverging; largest slope, beyond which squares overflow.
 DAMPING, MOST, WEAK, STEEP = 1e-3, 1e3, 1e-3, 1e130
 #: The scales are updated at most so many times, until none changes by this share.
 ROUNDS, SETTLED = 5, 0.02
@@ -47,15 +48,15 @@ VAGUE = float(np.log(FACTOR))
 #: weights that fall to 0.
 CORRELATED = 0.02
 #: Bandwidths of the observer that are tried [Hz], none faster than this share of the samples and
-#: none slower than so many periods in the log: the first three do not count.
+#: none slower than so many periods in the log, since the first three periods are left out.
 BANDWIDTHS, SHARE, PERIODS = (50.0, 20.0, 5.0), 0.1, 10.0
 #: Largest requested bandwidth as a share of the samples; a faster observer does not settle.
 LARGEST_SHARE = 0.2
-#: A slower observer is tried if its residual with the numbers of the faster one is less than so
-#: many times as large; a fast observer is not needed if the machine is known.
+#: A slower observer is tried if, with the parameters found so far, its residual is less than this
+#: multiple of that of the faster one.
 WORTH = 3.0
-#: Share of the residual of the observer alone from which on slower observers [Hz] are tried from
-#: all starts, as with a soft spring.
+#: Residual, as a share of that of the observer alone, from which on slower observers [Hz] are
+#: tried from all starts; a soft spring is a case.
 SPOILT, SLOWER = 0.4, (5.0, 2.0)
 #: First lag of the search [samples], and least length of an accepted one in standard errors.
 LAG, CLEAR = 0.5, 4.0
@@ -415,15 +416,15 @@ def bandwidths(log: Recording, wanted: float | None) -> list[float]:
     if wanted is not None:
         if wanted and not within(low, wanted, high):
             raise ValueError(
-                f"the observer must have {low:.3g} to {high:.3g} Hz for the length and "
-                f"sample time of the log (got {wanted:g})"
+                f"the bandwidth of the observer must be {low:.3g} to {high:.3g} Hz for the "
+                f"length and sample time of the log (got {wanted:g})"
             )
         return [wanted]
     if not within(0.0, low, high):
         fewest = int(np.ceil(PERIODS / SHARE))
         raise ValueError(
             f"must have at least {fewest} samples for an observer (got {len(log.place)}): "
-            "record more, or replay with --open-loop"
+            f"record more, or replay with {either('--open-loop', 'bandwidth=0')}"
         )
     slowest = min(high, max(low, BANDWIDTHS[-1]))
     return [hz for hz in BANDWIDTHS if within(low, hz, high)] or [slowest]

@@ -292,10 +292,10 @@ def _note(names: Sequence[str], states: tuple[str, ...], back: bool) -> str:
 
 
 def at_bound(fit: Fit, known: Certainty) -> tuple[Fit, Mask]:
-    """A fit of a possible machine, and (names,) parameters that are put to a bound for it.
+    """The fit with physically possible values, and (names,) the parameters moved to a bound for it.
 
-    The least certain one of the possible causes is put to its bound. A fit remains impossible if no
-    single parameter is the cause.
+    This is the least certain parameter that can be the cause. If no single parameter is the cause,
+    the fit is returned as it is, still impossible.
     """
     bound = np.zeros(len(known.error), bool)
 

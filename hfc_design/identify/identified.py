@@ -6,7 +6,7 @@ import numpy as np
 
 from hfc_design.core.numbers import Floats, rms
 from hfc_design.core.plugins import own_code
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, either, option
 from hfc_design.core.texts import as_user_error
 from hfc_design.identify.advice import advice, profiles
 from hfc_design.identify.fit import (
@@ -53,7 +53,8 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = silent) -> Ide
     wanted, substeps = parameters_of(task), task.scenario.simulation.substeps
     for other, recorded in logs.items():
         if recorded.command is None and (task.design is None or recorded.reference is None):
-            why = "has no command; to replay its loop give the reference and --controller DESIGN"
+            design = either("--controller DESIGN", "controller=DESIGN")
+            why = f"has no command; to replay its loop give the reference and {design}"
             raise UserError(f"{other}: {why}")
     own_parts = [("plant", wanted.drive.name), ("plant", task.scenario.plant.name)]
     with own_code(" cannot be replayed", *own_parts):
@@ -73,7 +74,7 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = silent) -> Ide
     known, hidden = unseen_backlash(fit, known, log, substeps)
     if fault_found := fault(fit.free, fit.numbers):
         why = f"can be replayed only with impossible values: {fault_found}"
-        raise UserError(f"{name}: {why}; identify fewer with --free")
+        raise UserError(f"{name}: {why}; identify fewer with {option('free', ...)}")
     checks = checked(task, fit, logs)
     pushed = task.scenario.machine.forces is not None
     notes = [note, apart, hidden, *(answer.lines() if answer else [])]
@@ -105,7 +106,7 @@ def check_slopes(fit: Fit) -> None:
         bad = [(*fit.free.names, *LATE)[k] for k in lost]
         raise ValueError(
             f"its replay is not differentiable with respect to {', '.join(bad)}: identify "
-            "others with --free, or correct the plant's step there"
+            f"others with {option('free', ...)}, or correct the plant's step there"
         )
 
 

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from hfc_design.core.numbers import Floats
+from hfc_design.core.tables import MISSING, Table
 from hfc_design.core.wording import percent
 from hfc_design.files.machine import Axis
 from hfc_design.identify.advice import Advice, Profile
@@ -13,14 +14,15 @@ from hfc_design.identify.recording import Recording
 from hfc_design.identify.request import Task
 from hfc_design.identify.response import Response
 from hfc_design.plotting.numbers import readable
-from hfc_design.plotting.section import Rows
 
-HEADS = ["parameter", "unit", "start", "found", "from", "to", "known?"]
-CHECKED = ["log", "replayed in", "rms before", "rms after"]
 #: Relative standard error up to which the ends of an interval are shown.
 WIDEST = 2.0
 #: Largest number of undetermined combinations that are shown.
 COMBINATIONS = 4
+CHECKED = (
+    "Recorded minus replayed position, rms, with the start values and with the identified "
+    "parameters."
+)
 ALIKE = (
     "changed together in this way, the machine responds the same to a command, though "
     "not to an external force: the given parameters are known relative to the fixed "
@@ -76,15 +78,26 @@ class Outcome(NamedTuple):
         factor, unit = readable(self.position_unit, position)
         return f"{factor * position:.3g} {unit}"
 
-    def parameter_rows(self) -> Rows:
-        """Value of each parameter and the ends of its interval."""
+    def tables(self) -> list[Table]:
+        """Return the parameters with their intervals, and the residual of each replay."""
         known, free = self.known, self.free
         columns = known.value, known.low, known.high, known.error, known.state
-        return [
+        rows = [
             [name, free.unit(name), f"{free.starts[name]:.5g}", f"{value:.5g}"]
-            + [f"{x:.5g}" if error < WIDEST and state != HELD else "–" for x in (low, high)]
+            + [f"{x:.5g}" if error < WIDEST and state != HELD else MISSING for x in (low, high)]
             + [state]
             for name, value, low, high, error, state in zip(free.names, *columns, strict=True)
+        ]
+        head = ["parameter", "unit", "start", "found", "from", "to", "known?"]
+        about = f"Parameters; {self.interval_line()}. The intervals allow for a coloured residual."
+        checks = [
+            [x.log, x.how, self.readable(x.before), self.readable(x.after)] for x in self.checks
+        ]
+        advice = [f"record next: {line}"] if (line := self.advice_line()) else []
+        lines = [self.agreeing_line(), *self.untold_lines(), *self.notes, *advice]
+        return [
+            Table(about, head, rows),
+            Table(CHECKED, ["log", "replayed in", "before", "after"], checks, lines=lines),
         ]
 
     def interval_line(self) -> str:
@@ -98,12 +111,6 @@ class Outcome(NamedTuple):
             if fixed
             else line
         )
-
-    def check_rows(self) -> Rows:
-        """Residual of each replay, before and after."""
-        return [
-            [x.log, x.how, self.readable(x.before), self.readable(x.after)] for x in self.checks
-        ]
 
     def untold_lines(self) -> list[str]:
         """Parameters that the log does not determine, in words."""

@@ -15,7 +15,6 @@ from hfc_design.core.plugins import given, options
 from hfc_design.core.records import writing
 from hfc_design.identify.advice import LIMIT, Profile
 from hfc_design.identify.identifiability import CONFIDENCE, GIVEN
-from hfc_design.identify.outcome import HEADS
 from hfc_design.identify.result import Identified
 from hfc_design.identify.scenario import scenario_text
 from hfc_design.plotting.curves import thinned
@@ -53,6 +52,7 @@ def write(result: Identified, path: Path, command: str) -> None:
 
 def page(result: Identified, command: str) -> Page:
     """The page as a self-contained file."""
+    parameters, checks = result.tables()
     doubts = [note for note in result.notes if note.startswith(("DOUBTFUL", "NOT USABLE"))]
     return rendered(
         "identified.html.j2",
@@ -60,7 +60,8 @@ def page(result: Identified, command: str) -> Page:
         small_address,
         found=result,
         plant=result.free.drive.name,
-        heads=HEADS,
+        parameters=parameters,
+        checks=checks,
         confidence=100 * CONFIDENCE,
         doubts=doubts,
         notes=[note for note in result.notes if note not in doubts],

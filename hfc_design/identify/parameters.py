@@ -9,13 +9,14 @@ import jax.numpy as jnp
 import numpy as np
 
 from hfc_design.core.numbers import Floats, Parameters, Scalar
+from hfc_design.core.records import either
 from hfc_design.core.wording import one_of
 from plants import Drive
 
 #: Largest factor between an undetermined parameter and its start.
 FACTOR = 30.0
-#: Factors of wrong units, mm or um for m, turns a minute, degrees. Other factors are no evidence: a
-#: fit may have begun with the values of quite another machine.
+#: Factors that show a wrong unit: mm or um for m, rev/min, degrees. Other factors show nothing: a
+#: fit may start with the values of a very different machine.
 UNITS = np.log([1e3, 1e6, 60.0, 57.3])
 #: Scale of a parameter of either sign that starts at 0 [its unit].
 SMALL = 0.1
@@ -87,7 +88,8 @@ class FreeParameters:
 
     def wanted(self) -> str:
         """Line on the identified parameters with their start values."""
-        line = f"identified, starting from: {self._listed({x: self.starts[x] for x in self.names})}"
+        values = self._listed({x: self.starts[x] for x in self.names})
+        line = f"to identify, with start values: {values}"
         for name, samples, open_ in zip(LATE, self.begun[-2:], self.sought, strict=True):
             if open_ or samples:
                 line += f"; {name} {'from ' if open_ else 'known to be '}{samples:.4g} samples"
@@ -147,7 +149,8 @@ def free_parameters(
         negative = {**changes, name: -(value or SMALL)}
         signed = name not in parameters or drive.fault(negative) is None
         if value == 0.0 and not signed:
-            raise ValueError(f"{name}: is 0; give a start value: --free {name}=0.1")
+            example = either(f"--free {name}=0.1", f"free=['{name}=0.1']")
+            raise ValueError(f"{name}: is 0; give a start value: {example}")
         sizes.append(abs(value) or SMALL)
         positive.append(float(not signed))
         begun.append(value / sizes[-1] if signed else 0.0)

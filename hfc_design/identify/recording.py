@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hfc_design.core.numbers import SAME, Floats
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, option
 from hfc_design.core.texts import as_user_error
 from hfc_design.identify.request import Task
 from hfc_design.logs.columns import Column, parse_columns, rates_of
@@ -99,7 +99,8 @@ def sources(
     """
     drive = task.drive_axis.drive
     if others and check_log is None:
-        raise UserError("--check-column: needs --check-log")
+        given = option("check_column", argument="check_columns")
+        raise UserError(f"{given}: needs {option('check_log', ...)}")
     with as_user_error(log):
         logs = {log_name(log): Source(log, parse_columns(columns, drive))}
     if check_log is not None:

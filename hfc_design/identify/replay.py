@@ -37,8 +37,8 @@ from plants import Drive
 SHORTEST = 1e-3
 #: Damping ratio of the observer.
 DAMPED = 0.7
-#: Periods of its bandwidth after which it counts: if the axis began at rest only noise has to
-#: decay, otherwise exp(-2 pi 0.7 x 3) = 2e-6 of the initial error is left.
+#: Periods of its bandwidth after which its residual counts: if the axis began at rest only noise
+#: has to decay, otherwise exp(-2 pi 0.7 x 3) = 2e-6 of the initial error is left.
 RESTED, FORGOTTEN = 1.0, 3.0
 #: Parameters of one machine, delay of its command in samples, part of the delay that is a lag,
 #: and a constant load -> residual of each recorded output (steps, outputs).
@@ -185,10 +185,9 @@ def shifted(body: Body, state: State, place: Scalar, rate: Scalar) -> State:
 
 @cache  # a replay inside of compiled code finds it here
 def rigid_body(drive: Drive, parameters: Parameters) -> Body:
-    """Travel of each angle for a travel of the axis of 1 without deformation.
+    """Travel of each angle per unit of travel of the axis, without deformation.
 
-    A shift by it moves nothing that did not move before; it includes gears, with the ratios of the
-    ``parameters`` (floats).
+    Such a shift causes no forces. It includes gears, with the ratios in ``parameters`` (floats).
     """
     pairs = rates_of(drive)
     names = list(pairs)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from hfc_design.core.numbers import NUMBER
 from hfc_design.core.overrides import Changes, overridden
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, either, option
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.loop_setup import load_design, own_scenario
 from hfc_design.files.machine import ALL_PLANTS, Axis
@@ -58,13 +58,14 @@ def parameters_of(task: Task) -> FreeParameters:
     try:
         begun = {name: _number(name, text) for name, equals, text in named if equals}
         if both := [name for name in names if name in task.known]:
-            raise ValueError(f"{both[0]}: is given by --set too; leave one of them out")
+            by = option("set", ..., "changes")
+            raise ValueError(f"{both[0]}: is given by {by} too; leave one of them out")
         around = begun.pop(LOAD, load), limits.delay_samples + lag, lag
         if begun.keys() <= nominal.keys() and (fault := drive.fault(changes | begun)):
             raise ValueError(fault.removeprefix("parameters."))
         return free_parameters(drive, changes | begun, names or None, task.known, around)
     except ValueError as error:
-        raise UserError(f"--free {error}") from None
+        raise UserError(either("--free ", "free: ") + str(error)) from None
 
 
 def _number(name: str, text: str) -> float:
@@ -104,9 +105,11 @@ def task_of(
             {"name": "log", "plant": {"name": name}, "reference": still}, changes
         )
     else:
-        raise UserError("the machine is missing; give --plant, --scenario or --controller")
+        first, second, third = (option(x, ...) for x in ("plant", "scenario", "controller"))
+        raise UserError(f"the machine is missing; give {first}, {second} or {third}")
     if name is not None and loaded.plant.name != name:
-        raise UserError(f"--plant {plant}: must be {loaded.plant.name}, the plant of the scenario")
+        needed = f"must be {loaded.plant.name}, the plant of the scenario"
+        raise UserError(f"{option('plant', plant)}: {needed}")
     made = scenario is None and design is None
     number = _axis(loaded, axis, made)
     fixed = known(changes, loaded.plant.machine.axes[number])
@@ -119,9 +122,10 @@ def _axis(scenario: Scenario, axis: str | None, made: bool) -> int:
     """Index of the axis; UserError: it does not exist, or no scenario is given."""
     plant, axes = scenario.plant.name, scenario.plant.machine.axes
     if len(axes) == 1 and axis is not None:
-        raise UserError(f"--axis {axis}: {plant} has only one")
+        raise UserError(f"{option('axis', axis)}: {plant} has only one")
     if len(axes) > 1 and (axis not in axes or made):
         there = f"{plant} has the axes {', '.join(axes)}"
-        why = "; give --scenario too" if axis in axes else ""
-        raise UserError(f"--axis {axis}: {there}{why}" if axis else f"--axis: is missing; {there}")
+        why = f"; give {option('scenario', ...)} too" if axis in axes else ""
+        given = f"{option('axis', axis)}:" if axis else f"{option('axis')}: is missing;"
+        raise UserError(f"{given} {there}{why}")
     return axes.index(axis) if axis else 0

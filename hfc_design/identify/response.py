@@ -34,7 +34,7 @@ UNEXCITED = (
     "DOUBTFUL: the log has no excitation: the response to the command is below the noise "
     "at all frequencies; record reversals and faster motions"
 )
-#: Share of the highest frequency of a log above which nothing is expected; share of
+#: Share of the highest frequency of a log up to which excitation is expected; share of the
 #: autocorrelations of white noise that may exceed their limit.
 ALL, WHITE = 0.8, 0.15
 

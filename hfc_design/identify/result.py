@@ -5,11 +5,11 @@ import json
 import numpy as np
 
 from hfc_design.core.numbers import Json
-from hfc_design.core.reprs import line, table
+from hfc_design.core.tables import line
 from hfc_design.core.texts import toml_of
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.scenario import Scenario
-from hfc_design.identify.identifiability import CONFIDENCE, GIVEN, TOLD
+from hfc_design.identify.identifiability import CONFIDENCE
 from hfc_design.identify.outcome import Outcome
 from hfc_design.identify.response import LAGS
 from hfc_design.identify.scenario import scenario_text, tolerances
@@ -24,13 +24,7 @@ class Identified(Outcome):
         return line("Identified", values)
 
     def _repr_html_(self) -> str:
-        rows: dict[str, object] = {}
-        for name, unit, _, value, low, high, state in self.parameter_rows():
-            how = f"{low} to {high}" if state in (TOLD, GIVEN) else state
-            rows[f"{name} [{unit or 1}]"] = f"{value} ({how})"
-        for log, how, before, after in self.check_rows():
-            rows[f"{log}, {how}"] = f"{after} (rms), {before} before"
-        return table(f"{self.free.drive.name} identified from {self.log}", rows)
+        return "".join(one._repr_html_() for one in self.tables())
 
     def numbers(self) -> Json:
         """Content of ``identified.json``: each parameter with its interval, and the residuals.

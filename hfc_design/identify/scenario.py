@@ -205,7 +205,7 @@ def fastest(log: Recording) -> tuple[float, float]:
 def motions_like(
     log: Recording, speed: float, acceleration: float, duration: float, error: float
 ) -> list[Json]:
-    """A move as far as that of the log, a slow one, one to and fro, and a step."""
+    """A move as far as that of the log, a slow one, one back and forth, and a step."""
     distance, slow = float(np.ptp(log.place)), 0.05 * speed
     lasts = distance / speed + speed / acceleration
     # Two periods, so that it reverses at the end too; no faster than the log.

@@ -9,6 +9,7 @@ import numpy as np
 
 from hfc_design.core.numbers import LARGEST_NUMBER, Floats, Mask
 from hfc_design.core.quantities import number
+from hfc_design.core.records import either, option
 from plants import Drive, in_a_name
 
 #: The largest file [MB]; an hour of four columns at 1 kHz has some 150.
@@ -113,7 +114,7 @@ def converted(quantity: str, unit: str, drive: Drive) -> float:
 
 def column_hint(name: str) -> str:
     """Hint for users on assigning a signal to a column."""
-    return f"give {name}=COLUMN [UNIT] with --column"
+    return f"give {name}=COLUMN [UNIT] with {option('column', ..., 'columns')}"
 
 
 #: Words in the names of columns that suggest a signal, those of a reference first.
@@ -131,21 +132,22 @@ def missing_columns(
     """Message on all missing signals, with the options to assign them; columns guessed by name."""
     used = {one.column for one in known.values()}
     free = [x for x in log.columns if x not in used]
-    options = dict[str, None]()
+    columns = dict[str, None]()
     for name in (*missing, *({"reference"} - {*known})):
         words = HINTS.get(name, (name, *name.split("_"), *HINTS[""]))
         hinted = (x for word in words for x in free if word in x.casefold())
         others = () if name in HINTS else HINTS["reference"]
         column = next((x for x in hinted if not any(w in x.casefold() for w in others)), None)
         if column:
-            options[f'--column "{name}={_with_unit(name, column, drive)}"'] = None
+            columns[f"{name}={_with_unit(name, column, drive)}"] = None
         elif name in missing:
-            options[f'--column "{"NAME" if missing[1:] else name}=COLUMN [UNIT]"'] = None
+            columns[f"{'NAME' if missing[1:] else name}=COLUMN [UNIT]"] = None
     several = f"s are the {', '.join(missing[:-1])} and {missing[-1]}"
     which = several if missing[1:] else f" is the {missing[0]}"
-    other = ", or --sample-time" if "time" in missing else ""
-    rest = "" if "COLUMN" not in " ".join(options) and not log.texts else f"; {listed_columns(log)}"
-    return f"which column{which}? Give {' '.join(options)}{other}{rest}"
+    other = f", or {option('sample_time', ...)}" if "time" in missing else ""
+    given = either(" ".join(f'--column "{text}"' for text in columns), f"columns={[*columns]}")
+    rest = "" if "COLUMN" not in " ".join(columns) and not log.texts else f"; {listed_columns(log)}"
+    return f"which column{which}? Give {given}{other}{rest}"
 
 
 def _with_unit(name: str, column: str, drive: Drive) -> str:
@@ -193,7 +195,7 @@ def find_column(one: Column, log: Log, drive: Drive) -> Column:
     units = [end for _, end in parts_of(one.column)]
     if units == ["%"] and TOLD.fullmatch(one.column):
         raise ValueError(
-            f"column {one.column[:60]}: needs the unit of a per cent; "
+            f"column {one.column[:60]}: needs the value of 1 %; "
             f"{column_hint(one.name)}, as [0.1 {unit}]"
         )
     return one._replace(unit=next(filter(None, (unit_of(x, unit, drive) for x in units)), None))

@@ -144,9 +144,9 @@ def _trusted(log: EvenLog, drive: Drive) -> EvenLog:
     return log._replace(values=values | {name: right}, usable=usable, notes=notes)
 
 
-#: Saturation: at least so many consecutive samples exactly at the largest or the smallest value,
-#: reached faster than this share of the usual change in a sample, and than so many steps of the
-#: encoder: at a reversal, a value that is constant for so long is reached by two steps.
+#: Saturation: at least so many consecutive samples exactly at the largest or the smallest value.
+#: The change before them exceeds this share of the usual change in a sample, and so many steps of
+#: the encoder: at a reversal that is constant for as long, it is at most two steps.
 STAYS, ARRIVES, STEPS = 5, 0.25, 2.5
 
 
@@ -241,8 +241,8 @@ def _shared(stamps: Floats, rows: Indices, usual: float) -> float:
 def _places(time: Floats, period: float) -> Floats:
     """Index of each stamp among the samples of an even clock.
 
-    The clock follows the stamps by a share, so that neither their jitter nor a slightly wrong
-    ``period`` leads to a miscount; a gap is a whole number of periods.
+    The clock is corrected by a share of its difference from each stamp, so that neither jitter nor
+    a slightly wrong ``period`` leads to a miscount; a gap is a whole number of periods.
     """
     places, now, clock = [0.0], 0.0, float(time[0])
     for stamp in time[1:].tolist():

@@ -277,8 +277,8 @@ def _numbers(rows: Rows, form: Form, names: Sequence[str]) -> Floats:
 def _check(rows: Rows, form: Form, names: Sequence[str], damaged: bool) -> None:
     """ValueError: a line differs from the others; the message names it.
 
-    It has another length, no number (in a ``damaged`` table) or another decimal sign where others
-    have numbers, or a number where others have texts or nothing.
+    It has another length; or, where others have numbers, another decimal sign or (in a ``damaged``
+    table) no number; or a number where others have texts or nothing.
     """
     signs = dict[str, int]()  # where each stands first
     texts = [k for k in range(form.columns) if k not in form.numeric]

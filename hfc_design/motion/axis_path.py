@@ -180,18 +180,18 @@ class Bounds(NamedTuple):
     acceleration: Floats
 
 
-# No axis goes beyond its velocity and its acceleration: the path is exact, so at a corner the
-# velocity of an axis jumps. In the sense of the interpolator, whose cycle is T, an axis accelerates
-# by ``(x(t+T) - 2 x(t) + x(t-T)) / T^2``: the mean of its true acceleration, weighed by a triangle
-# of that height about t, jumps being its impulses. That mean stays within the limit ``a`` where at
-# every corner a share U of the limit is kept for the jump,
+# Velocity and acceleration of every axis are limited. The path is exact, so the velocity of an axis
+# jumps at a corner. The interpolator, whose cycle is T, measures the acceleration as
+# ``(x(t+T) - 2 x(t) + x(t-T)) / T^2``: the mean of the true acceleration with triangular weights
+# between t - T and t + T, in which a jump is an impulse. This mean stays within the limit ``a`` if
+# at every corner a share U of the limit is kept for the jump,
 #
 #     |jump| <= 3/4 U a min(T, s),
 #
-# s being the time of the shorter of the blocks beside it, and 1 - U for the acceleration within
-# these blocks: each impulse then is less than what the triangle has of the time s about it, left
-# free by U. (At the triangle's tip that is 3/4 of s or more; time of one corner is not time of
-# another.)
+# where s is the time of the shorter of the two adjacent blocks, and the share 1 - U for the
+# acceleration within these blocks. Each impulse is then less than U a times the area of the
+# triangle over the time s about the corner. (Around the tip of the triangle this area is at least
+# 3/4 of s times its height. The times of two corners do not overlap.)
 def look_ahead(path: AxisPath, bounds: Bounds, cycle: float) -> Motion:
     """Return the fastest motion along ``path`` from rest to rest, by piecewise constant rates.
 

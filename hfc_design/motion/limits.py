@@ -34,7 +34,9 @@ class AxisLimits(Record):
     @model_validator(mode="after")
     def _one_acceleration(self) -> "AxisLimits":
         if (self.acceleration_per_s2 is None) == (self.acceleration_time_s is None):
-            raise ValueError("needs either acceleration_per_s2 or acceleration_time_s")
+            raise ValueError(
+                "acceleration_per_s2: exactly one of this and acceleration_time_s must be given"
+            )
         fastest = self.velocity_per_min or np.inf
         if self.rapid_per_min is not None and self.rapid_per_min > fastest:
             raise ValueError(

@@ -138,7 +138,7 @@ class Motion(NamedTuple):
         return float(self.start[-1])
 
     def at(self, time: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return way [mm], speed [mm/s], acceleration along it [mm/s2] at ``time`` (steps,) [s].
+        """Return distance [mm], speed [mm/s], acceleration along it [mm/s2] at ``time`` [s].
 
         In closed form from the phase.
         """

@@ -52,7 +52,7 @@ class Profile(Record):
 
     @abstractmethod
     def _motion(self, time: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return place, rate, acceleration; rates are 0 at a jump, the last at corners too."""
+        """Return place, rate, acceleration; the last two are 0 at jumps, the last at corners."""
 
 
 class Table(Profile):

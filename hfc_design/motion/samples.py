@@ -32,7 +32,7 @@ class AxisSamples(NamedTuple):
 class PathFrame(NamedTuple):
     """Path of a machine at the commanded places, one column per control sample.
 
-    Its way counts in the unit of the linear axes, or in that of the rotary axes if only these move.
+    Distance along it has the unit of the linear axes, or of the rotary axes if only these move.
     """
 
     #: Derivative (steps,) of every axis by the way; a unit vector of the axes that it counts in.
@@ -77,8 +77,9 @@ class Simulation(Record):
     """Duration and step: LL prints neither.
 
     With one step a millisecond the published controllers are exact to 2e-8 rad on their ramps.
-    Designs that are searched for the cutting load are sharper and may be chaotic: there a step
-    decides as much as a last bit does, up to 2e-3 rad, and only a range of the fitness means much.
+    Designs that are searched for the cutting load are more aggressive and may be chaotic: there the
+    step has as much influence as a last bit, up to 2e-3 rad, and only a range of the fitness is
+    meaningful.
     """
 
     duration_s: Positive = 10.0  # duration of a motion [s]

@@ -1,1 +1,1 @@
-"""Objectives, metrics and constraints: the measures of a good closed loop."""
+"""Objectives, metrics and constraints: what makes a closed loop good."""

@@ -14,7 +14,7 @@ BAND = "band"
 
 
 class Constraint(NamedTuple):
-    """A measure and its largest allowed value, in the units of the machine."""
+    """A metric and its largest allowed value, in the units of the machine."""
 
     metric: Metric
     most: float
@@ -32,7 +32,7 @@ def _known(most: dict[str, Quantity]) -> dict[str, Quantity]:
     return {x if x in ASKED else named(x): quantity for x, quantity in most.items()}
 
 
-#: The ``[constraints]`` of a scenario: measures by name, each with the most that is allowed, and
+#: The ``[constraints]`` of a scenario: metrics by name, each with its largest allowed value, and
 #: margins of the loop (``ASKED``).
 Constraints: TypeAlias = Annotated[dict[str, Quantity], AfterValidator(_known)]
 

@@ -65,7 +65,8 @@ class Judge(NamedTuple):
     def titles(self) -> dict[str, str]:
         """Titles of an evaluation's values in tables: ``fitness`` and, if it differs, ``merit``."""
         fitness = self.objectives[0].label()
-        return {"fitness": fitness} | ({"merit": self.title} if self.title != fitness else {})
+        merit = {"merit": f"merit: {self.title}"} if self.title != fitness else {}
+        return {"fitness": fitness} | merit
 
     @property
     def wordless(self) -> "Judge":

@@ -13,6 +13,9 @@ from hfc_design.motion.samples import PathFrame
 from hfc_design.objectives import objective
 from hfc_design.objectives.objective import Moment, Objective, Remaining, Sums
 
+#: Least sum: an axis that friction holds may have no error at all, which is no loop that diverges.
+FINEST = 1e-9
+
 
 class LinLeeSettings(objective.ObjectiveSettings):
     """Weights a and b of LL eq. 5."""
@@ -60,7 +63,8 @@ def _update(sums: Sums, moments: tuple[Moment, ...], path: PathFrame | None) -> 
 def _score(
     error: Scalar, error_rate: Scalar, sums: Sums, left: Remaining = objective.NONE_REMAINING
 ) -> Scalar:
-    return 1000.0 * (error / sums[0] + error_rate / sums[1])  # both sums only grow
+    total, rate = (jnp.maximum(one, FINEST) for one in sums)  # both sums only grow
+    return 1000.0 * (error / total + error_rate / rate)
 
 
 OBJECTIVE = lin_lee()

@@ -1,7 +1,7 @@
 """Metrics: numbers of a motion, the smaller in magnitude the better.
 
 A metric that is summed sample by sample inside the loop costs the same for a population of
-thousands as for one, and scenarios can name it: as a tolerance, a constraint or a goal. A metric
+thousands as for one, and scenarios can name it: as a target, a constraint or a goal. A metric
 that is computed from a recorded motion is a column of the tables of ``hfc score`` and
 ``hfc compare``. Most metrics are both.
 """

@@ -42,8 +42,8 @@ from plants import Drive
 
 #: The metric that needs a band of the error.
 BAND_TIME = "band_time"
-#: Before the names of the metrics of the contour error that a loop can add up: it is known there
-#: from where the machine should be; tables find the nearest point of the path.
+#: Prefix of the metrics of the contour error that a simulated loop can add up: it measures from
+#: the commanded point, the tables from the nearest point of the path.
 ESTIMATED = "estimated_"
 AXIS, PATH, EVERY = (ALONE,), (PLANE, PROGRAM), (ALONE, PLANE, PROGRAM)
 

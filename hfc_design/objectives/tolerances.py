@@ -1,4 +1,4 @@
-"""Distance of a motion from its tolerances: the default measure of a good design."""
+"""Distance of a motion from its targets: the default measure of a good design."""
 
 from functools import cache, reduce
 from typing import Annotated, Any, Literal
@@ -14,11 +14,15 @@ from hfc_design.objectives.metric import Metric, Units, in_units, path_fault
 from hfc_design.objectives.metrics import BAND_TIME, metric, named
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings, Sums
 
+#: Least cost, in targets. An axis that friction holds may have no error at all, and an infinite
+#: fitness would be taken for a loop that diverges.
+FINEST = 1e-6
+
 
 class Weighed(Record):
-    """A tolerance with a weight other than 1."""
+    """A target with a weight other than 1."""
 
-    tolerance: Quantity  # tolerance: a number, or a string with a unit [of the measure]
+    tolerance: Quantity  # target: a number, or a string with a unit [of the metric]
     weight: Positive = 1.0  # weight relative to the others [1]
 
 
@@ -26,11 +30,11 @@ Tolerances = Annotated[dict[str, Quantity | Weighed], Field(min_length=1)]
 
 
 class TolerancesSettings(ObjectiveSettings):
-    """Measures by name, each with its tolerance."""
+    """Metrics by name, each with its target."""
 
     kind: Literal["tolerances"] = "tolerances"
-    #: metrics by name, each with its tolerance: a number, a string with a unit, or a table with a
-    #: weight [of the measure]
+    #: targets: metrics by name, each with the value that is good enough: a number, a string with a
+    #: unit, or a table { tolerance = ..., weight = ... } [of the metric]
     tolerances: Tolerances = {"settled_rms_error": 1e-3}
     #: width of the band for band_time: a number, or a string with a unit [error]
     band: Quantity | None = None
@@ -64,9 +68,9 @@ class TolerancesSettings(ObjectiveSettings):
 
 @cache
 def tolerances(weighed: tuple[tuple[Metric, float, float], ...]) -> Objective:
-    """``1 / cost``; the cost is the weighted mean of measure / tolerance: 1 is just good enough.
+    """``1 / cost``; the cost is the weighted mean of metric / target: 1 is just good enough.
 
-    ``weighed`` has measures, tolerances [units of the drive] and weights.
+    ``weighed`` has metrics, targets [units of the drive] and weights.
     """
     measures = [one for one, _, _ in weighed]
     whole = sum(weight for _, _, weight in weighed)
@@ -81,9 +85,9 @@ def tolerances(weighed: tuple[tuple[Metric, float, float], ...]) -> Objective:
         update=Partial(_update, tuple(one.update for one in measures)),
         score=Partial(_score, values),
         name="tolerances",
-        title="tolerance / deviation",
+        title="fitness, by targets",
         unit="1",
-        meaning=f"1 / weighted mean of {names}; 1 is just within tolerance, higher is better",
+        meaning=f"1 / weighted mean of {names}; 1 just meets the targets, higher is better",
         positive=True,
         settings=TolerancesSettings,
         make=lambda settings: tolerances(tolerated(settings)),
@@ -104,11 +108,12 @@ def _update(
 
 def _score(each: tuple[tuple[Scalar, Any], ...], sums: Sums) -> Scalar:
     pairs = zip(each, sums, strict=True)
-    return 1.0 / reduce(jnp.add, [factor * value(totals) for (factor, value), totals in pairs])
+    cost = reduce(jnp.add, [factor * value(totals) for (factor, value), totals in pairs])
+    return 1.0 / jnp.maximum(cost, FINEST)
 
 
 def tolerated(settings: TolerancesSettings) -> tuple[tuple[Metric, float, float], ...]:
-    """Measures, tolerances [units of the drive] and weights of settings ``on`` a machine."""
+    """Metrics, targets [units of the drive] and weights of settings ``on`` a machine."""
     rows: list[Any] = []
     for name, weighed in settings.tolerances.items():
         assert isinstance(weighed, Weighed)  # after ``on``

@@ -1,4 +1,4 @@
-"""Objectives of a front, by name: measures, or the number of units that matter."""
+"""Objectives of a front, by name: metrics, or the number of units that matter."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -38,7 +38,7 @@ def check_names(names: Sequence[str]) -> None:
 def traded(names: Sequence[str], fitness: Any, units: Units, path: bool) -> tuple[Traded, ...]:
     """The objectives with these names, for a scenario with that ``[fitness]``.
 
-    ``tracking`` is the first measure of an error that the tolerances name; with another fitness
+    ``tracking`` is the first metric of an error that the targets name; with another fitness
     the rms of the contour error of a machine on a path, else of the error. ``effort`` is the rms
     of the command.
 
@@ -66,7 +66,7 @@ def traded(names: Sequence[str], fitness: Any, units: Units, path: bool) -> tupl
 
 
 def _measured(name: str, fitness: Any, path: bool) -> str:
-    """Name of the measure that is meant."""
+    """Name of the metric that is meant."""
     if name == EFFORT:
         return "rms_command"
     if name != TRACKING:

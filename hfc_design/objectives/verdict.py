@@ -94,7 +94,7 @@ class Ensemble(NamedTuple):
         return self._replace(constraints=tuple(less))
 
     def costs(self, values: Floats) -> Floats:
-        """(designs, measures) reduced from ``values`` (designs, machines, motions, measures).
+        """(designs, metrics) reduced from ``values`` (designs, machines, motions, metrics).
 
         The reduction is that of merits: mean over the motions, then the chosen rule over the
         machines.
@@ -129,9 +129,9 @@ class Ensemble(NamedTuple):
         return np.concatenate([np.zeros_like(order, shape=(len(order), 1)), order], axis=1)
 
     def _violation(self, broken: Floats, machines: int) -> Floats:
-        """(designs, machines) of what is ``broken`` on the first of so many ``machines``.
+        """(designs, machines) sum of violations (``broken``) on the first of so many ``machines``.
 
-        What is asked of one machine alone counts as if it had been asked of all of them.
+        A requirement on one machine only counts as if it were required of all of them.
         """
         often = np.where(self._nominal, machines, 1)
         return np.asarray((often * broken.sum(axis=-1)).mean(axis=2))

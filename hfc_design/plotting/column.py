@@ -28,8 +28,8 @@ SMALLER = 0.8
 GAPS = 0.9
 #: Smallest and largest letters of a paper's figure [pt].
 LEAST, MOST = 7.0, 9.0
-#: Texts side by side that would touch, such as numbers in cells: the smallest size [pt],
-#: and the share of their place that they then take.
+#: Adjacent texts that would touch, such as numbers in cells: their smallest size [pt], and the
+#: share of the available width that they then take.
 CELL, FILLED = 5.0, 0.85
 #: Distance of a legend from what is below it, and of numbers of an axis, in dots of 1/100 in.
 ROOM, APART = 3.0, 5.0

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from decimal import Decimal
 
 from hfc_design.core.records import harmless
-from hfc_design.plotting.section import Listing
+from hfc_design.core.tables import Table
 
 _NAMES = (
     "alpha beta gamma delta varepsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau "
@@ -49,8 +49,6 @@ LETTERS = {
 BELOW = {0x2080 + digit: str(digit) for digit in range(10)}
 #: TeX would merge two consecutive dashes or commas into another sign.
 _SPECIAL = re.compile("|".join([*map(re.escape, LETTERS), "[₀-₉]+", "-(?=-)", ",(?=,)"]))
-#: Beginning of a cell of a column of numbers; "–" marks a missing number.
-NUMERIC = re.compile(r"[<≤]? ?[-+±\u2212]?(\d|\.\d|[–∞]|unstable$|diverged$)|$")
 #: A number, and its power of ten.
 NUMBER = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)(?:e([+-]?\d+))?(?![\w.])")
 MINUS = re.compile(r"(?<![\w.)])-(?=[\d.])")
@@ -84,15 +82,15 @@ def _other(letters: str) -> str:
     return f"{letters}{{}}" if below == letters else f"$_{{{below}}}$"
 
 
-def table(name: str, listing: Listing, of: str = "", label: str = "") -> str:
-    r"""A ``listing`` of a page about ``of`` as a table with ``\label{tab:label-name}``.
+def latex(name: str, table: Table, of: str = "", label: str = "") -> str:
+    r"""A ``table`` of a page about ``of``, with ``\label{tab:label-name}``.
 
     Numbers are aligned right, words left, long ones wrapped; the best cells are bold, and a comment
     marks a table that is wider than a column.
     """
     kinds, columns = [], []
-    for k, (head, *cells) in enumerate(zip(listing.head, *listing.rows, strict=True)):
-        if k and cells and all(map(NUMERIC.match, cells)):
+    for numeric, head, *cells in zip(table.numeric, table.head, *table.rows, strict=True):
+        if numeric:
             write, kind = _number, "r"
         else:
             write = _unit if head == "unit" else _words
@@ -101,7 +99,7 @@ def table(name: str, listing: Listing, of: str = "", label: str = "") -> str:
         columns.append([_words(head), *map(write, cells)])
     head, *rows = ([*row] for row in zip(*columns, strict=True))
     comment = _width(columns, kinds)
-    for row, best in zip(rows, listing.best, strict=False):
+    for row, best in zip(rows, table.best, strict=False):
         for k in best:
             row[k] = rf"\textbf{{{row[k]}}}"
     lines = [
@@ -109,7 +107,7 @@ def table(name: str, listing: Listing, of: str = "", label: str = "") -> str:
         *comment,
         r"\begin{table}",
         r"\centering",
-        rf"\caption{{{escaped(': '.join(filter(None, [of, listing.caption])))}}}",
+        rf"\caption{{{escaped(': '.join(filter(None, [of, table.caption + table.key])))}}}",
         rf"\label{{tab:{'-'.join(filter(None, [label, name]))}}}",
         rf"\begin{{tabular}}{{{''.join(kinds)}}}",
         r"\toprule",

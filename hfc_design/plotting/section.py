@@ -1,21 +1,13 @@
-"""Parts of a page: tables, figures, and sections with both under a heading."""
+"""Parts of a page: figures, and sections with a table and figures under a heading."""
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from matplotlib.figure import Figure
 
-Rows = list[list[str]]  # of a table
+from hfc_design.core.tables import Table
+
 Drawn = Callable[[], Figure]  # a figure once it is asked for
-
-
-class Listing(NamedTuple):
-    """A table; its first column names the rows."""
-
-    caption: str
-    head: list[str]
-    rows: Rows
-    best: Sequence[Collection[int]] = ()  # of each row the places of the best; () for none in all
 
 
 class Drawing(NamedTuple):
@@ -32,5 +24,5 @@ class Section(NamedTuple):
 
     title: str
     text: str  # "" for none
-    listing: Listing | None
+    listing: Table | None
     drawings: list[Drawing]

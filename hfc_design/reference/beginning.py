@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from hfc_design.core.numbers import Plain
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, option
 from hfc_design.reference import entries as reference
 from hfc_design.reference.commented import commented
 from hfc_design.reference.entries import Entry
@@ -13,12 +13,12 @@ HIERARCHY = "pd+hierarchical-fuzzy"
 
 
 class Move(NamedTuple):
-    """A move from rest to rest in a unit of positions, and its tolerated error."""
+    """A move from rest to rest in a unit of positions, or of a plant; target of its error."""
 
     distance: float
     velocity: float
     acceleration: float
-    tolerance: float
+    target: float
     scale: float  # of the error for a fuzzy unit
 
     def path(self) -> dict[str, float]:
@@ -31,12 +31,50 @@ MOVES = {
     "deg": Move(20.0, 40.0, 200.0, 0.01, 20.0),
     "mm": Move(20.0, 40.0, 200.0, 0.01, 20.0),
     "BLU": Move(1000.0, 2000.0, 10000.0, 1.0, 0.1),
+    "milling-table": Move(4.0, 8.0, 40.0, 0.01, 20.0),  # no faster than 10 V drive it
 }
 #: Move in a unit without an entry above, as an own plant may have it.
 OTHER = Move(1.0, 1.0, 5.0, 1e-3, 100.0)
 #: Usual sample times [s] of the controls of these plants.
 SAMPLES = {"feed-drive": 0.01, "milling-table": 0.005}
 FIVE, ELSE = 0.002, 0.001
+#: Sensors and limits of such drives: those of c-axis-practical, positioning-stage-move,
+#: milling-table-robust and five-axis-robust; a feed drive has its own encoder.
+SENSED: dict[str, dict[str, Plain]] = {
+    "c-axis": {
+        "sensors.encoder_resolution": 3e-6,
+        "sensors.noise": 1e-6,
+        "sensors.velocity": "observer",
+        "sensors.observer_hz": 80.0,
+        "limits.command": 200.0,
+        "limits.resolution": 0.05,
+    },
+    "feed-drive": {"sensors.velocity": "encoder", "limits.command": 127.0},
+    "five-axis": {
+        "sensors.noise": 2e-4,
+        "sensors.velocity": "encoder",
+        "limits.command": 8.0,
+        "limits.delay_samples": 1.0,
+    },
+    "milling-table": {
+        "sensors.velocity": "observer",
+        "sensors.observer_hz": 40.0,
+        "limits.command": 10.0,
+    },
+    "positioning-stage": {
+        "sensors.encoder_resolution": 5e-5,
+        "sensors.velocity": "encoder",
+        "sensors.difference_samples": 2,
+        "limits.command": 10.0,
+    },
+}
+#: Machines that differ, of any plant, and how many a search simulates for each candidate.
+ROBUST: dict[str, Plain] = {
+    "robust.spread": 0.2,
+    **dict.fromkeys(("robust.first", "robust.machines", "robust.elite"), 8),
+}
+#: What each of them has to meet, besides an error in the end of so many targets.
+CONSTRAINTS, LATE = {"limit_share": 0.05, "unsettled": 0.3}, 10.0
 
 
 def beginning(plant: str, controller: str, added: Sequence[Entry] = ()) -> str:
@@ -59,14 +97,15 @@ def beginning(plant: str, controller: str, added: Sequence[Entry] = ()) -> str:
     required = [one.key for one in known if one.required and one.key.startswith("controller.")]
     if needed := [key for key in required if key.count(".") == 1]:
         raise UserError(
-            f"--controller {controller}: needs {', '.join(needed)}, which has no default; "
+            f"{option('controller', controller)}: needs {', '.join(needed)}, which has no default; "
             f"see hfc show controller {controller}"
         )
     of_axes = {one.key: one.unit for one in every if one.part == "signal"}
     return (
         f"# A scenario for hfc design: the plant {plant} with a controller of kind "
-        f"{controller}.\n# Remove the # of #key = value to set a key; the value shown is "
-        "its default.\n\n"
+        f"{controller}.\n# Sensors, limits, [constraints] and [robust] are examples: put those of "
+        "your machine in their place.\n# Remove the # of #key = value to set a key; the value "
+        "shown is its default.\n\n"
     ) + commented(_live(named, axes, of_axes, units), known, units)
 
 
@@ -75,7 +114,8 @@ def _live(
 ) -> dict[str, Plain]:
     """Keys that users change first; ``of_axes`` are units of the signals of several axes."""
     plant, controller = named[reference.PLANT], named[reference.CONTROLLER]
-    move, several = MOVES.get(units.get("error", ""), OTHER), axes != ["one"]
+    move = MOVES.get(plant) or MOVES.get(units.get("error", ""), OTHER)
+    several = axes != ["one"]
     live: dict[str, Plain] = {
         "description": f"A move of {plant}",
         "plant.name": plant,
@@ -83,11 +123,14 @@ def _live(
         "simulation.sample_time_s": FIVE if several else SAMPLES.get(plant, ELSE),
         "fitness.kind": "tolerances",
         "fitness.settled_after_s": 0.9,
-        "fitness.tolerances": {"rms_error": move.tolerance, "settled_rms_error": move.tolerance},
+        "fitness.tolerances": {"rms_error": move.target, "settled_rms_error": move.target},
         "controller.kind": controller,
         "search.preset": named[reference.STRATEGY],
         "run.seed": 0,
         "reference.kind": named[reference.REFERENCE],
+        **SENSED.get("five-axis" if plant.startswith("five-axis") else plant, {}),
+        **ROBUST,
+        "constraints": {**CONSTRAINTS, "late_error": LATE * move.target},
     }
     if several:  # a move of each axis in its own unit
         moves = {axis: MOVES.get(of_axes.get(f"{axis}.error", ""), OTHER) for axis in axes}

@@ -88,7 +88,7 @@ def _text(
     for table, entries in tables.items():
         alive = table in (*heads, *live) or any(one.key in live for one in entries)
         name = table.replace(".N", "")
-        head = f"[[{name}]]" if ".N" in table else f"[{name}]"
+        head = f"[[{name}]]" if table.endswith(".N") else f"[{name}]"
         meaning = _line_of(known_as[name], units) if name in known_as else ""
         text += f"\n{meaning}{head if alive else f'#{head}'}\n"
         for one in entries:

@@ -15,13 +15,17 @@ from hfc_design.core.numbers import Json, Plain
 from hfc_design.core.quantities import without_unit
 from hfc_design.core.records import UserError
 from hfc_design.core.validation_errors import short
-from hfc_design.core.wording import NUMBER, Keys, near, of_its_name, one_of
+from hfc_design.core.wording import NUMBER, Keys, alternatives, near, of_its_name, one_of
 
 FILE = Path(__file__).parent / "reference.json"
 #: Kinds of things that an entry describes.
 PLANT, CONTROLLER, STRATEGY, OBJECTIVE = "plant", "controller", "strategy", "objective"
 REFERENCE, METRIC, FORMAT = "reference", "metric", "format"
 SCENARIO, DESIGN, KEY, DESIGN_KEY = "scenario", "design", "key", "design-key"
+#: What is ``allowed`` of metrics that no scenario can name, and of margins of a loop.
+IN_TABLES, IN_CONSTRAINTS = "in tables only", "in [constraints] only"
+#: Unit of a value that is measured in the unit of the metric whose name stands at its key.
+OF_METRIC = "of the metric"
 
 
 class Entry(NamedTuple):
@@ -35,6 +39,7 @@ class Entry(NamedTuple):
     unit: str = ""  # "1": none; error, command, load and signal stand for those of the plant
     default: Plain = None  # None: there is none
     required: bool = False  # whether it has to be given
+    absent: bool = False  # of a table: left out, it is not there, and none of its defaults holds
     allowed: str = ""  # in words; "": whatever has its type
     meaning: str = ""
     source: str = ""  # where the equation is printed: "LL eq. 1-2"
@@ -177,8 +182,9 @@ def entry_of(key: str, known: Sequence[Entry]) -> Entry | None:
 
 def unit_at(key: str, entry: Entry, units: Mapping[str, str]) -> str:
     """Unit of the value at a key of a file with this ``entry``, in the units of a plant."""
-    measured = next((one.unit for one in things(METRIC) if one.name in key.split(".")), entry.unit)
-    return in_units(measured if entry.unit == "of the measure" else entry.unit, units)
+    named = (one for one in things(METRIC) if one.allowed != IN_TABLES)
+    measured = next((one.unit for one in named if one.name in key.split(".")), entry.unit)
+    return in_units(measured if entry.unit == OF_METRIC else entry.unit, units)
 
 
 def keys_in(data: Json, unlisted: Callable[[str], list[Entry]] = lambda plant: []) -> Keys:
@@ -210,7 +216,7 @@ def whose(key: str) -> str:
     """Names of the things that have a key of a file which others of their kind do not have."""
     every = (one for one in entries() if one.part in ("setting", "parameter"))
     names = {f"{one.kind} {one.name}" for one in every if _fits(one.key, key)}
-    return " or ".join(sorted(names)) if len(names) <= FEW else ""
+    return alternatives(sorted(names)) if len(names) <= FEW else ""
 
 
 def _fits(pattern: str, key: str) -> bool:
@@ -234,6 +240,19 @@ def leaves(data: Any, prefix: str = "") -> Iterator[tuple[str, Plain]]:
         yield prefix, data
 
 
+def _metric_fault(key: str) -> str:
+    """What is wrong with the metric that a key of a file names; "" if nothing is."""
+    bound = re.fullmatch(r"(constraints|fitness\.tolerances)\.([^.]+)(\..*)?", key)
+    if bound is None or key == "constraints.band":
+        return ""
+    allowed = ("", IN_CONSTRAINTS) if bound[1] == "constraints" else ("",)
+    known = [one.name for one in things(METRIC) if one.allowed in allowed]
+    if {bound[2], f"estimated_{bound[2]}"} & {*known}:
+        return ""
+    meant = "".join(f"did you mean {one}? " for one in near(bound[2], known))
+    return f"unknown metric; {meant}see hfc show metric"
+
+
 def check_keys(data: Json, known: Sequence[Entry], source: str) -> None:
     """UserError: a file has unknown keys, listed with similar ones, or a value is not a number."""
     wrong = []
@@ -243,9 +262,11 @@ def check_keys(data: Json, known: Sequence[Entry], source: str) -> None:
             unit = keys_in(data).unit(key)
             rule = f"{NUMBER}{f' [{unit}]' if unit else ''}{without_unit(value, unit)}"
             wrong.append(f"{key} = {short(value)}: {rule}")
+        if entry and entry.unit == OF_METRIC and (fault := _metric_fault(key)):
+            wrong.append(f"{key}: {fault}")
         if OWN.match(key) or entry is not None:
             continue
         meant = " or ".join(near(key, (one.key for one in known), 2))
         wrong.append(f"{key}: unknown key{f'; did you mean {meant}?' if meant else ''}")
     if wrong:
-        raise UserError(f"{source}: {'; '.join(wrong)}")
+        raise UserError(*wrong).within(source)

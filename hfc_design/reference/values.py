@@ -38,13 +38,10 @@ def values(data: Json, known: Sequence[Entry], others: Sequence[Entry] = ()) -> 
     units = reference.units_of(named[reference.PLANT], others)
     listed = [_set(key, value, known, units) for key, value in reference.leaves(data)]
     keys = [one.key for one in listed]
-    # Of tables that mean nothing where they are left out no default holds.
     absent = [
         f"{one.key}."
         for one in known
-        if "left out:" in one.meaning
-        and one.type == "table"
-        and not any(f"{key}.".startswith(f"{one.key}.") for key in keys)
+        if one.absent and not any(f"{key}.".startswith(f"{one.key}.") for key in keys)
     ]
     for one in known:
         of_motion = one.kind == reference.REFERENCE and one.name != named[reference.REFERENCE]

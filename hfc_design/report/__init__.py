@@ -3,7 +3,7 @@
 import base64
 import hashlib
 import re
-from collections.abc import Callable, Collection, Container, Iterable, Sequence
+from collections.abc import Callable, Container
 from importlib.resources import files
 from itertools import chain, count
 from typing import NamedTuple
@@ -12,8 +12,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
+from hfc_design.core.tables import Table
 from hfc_design.plotting.files import address
-from hfc_design.plotting.section import Listing
 from hfc_design.plotting.units import BELOW
 
 REPORT = "report.html"
@@ -26,7 +26,7 @@ class Page(NamedTuple):
 
     html: bytes
     figures: dict[str, Figure]
-    tables: dict[str, Listing]
+    tables: dict[str, Table]
     of: str  # what the page is about, as captions outside of it say; "" where they say it anyway
     label: str  # the same in letters that labels may have
 
@@ -48,26 +48,20 @@ def rendered(
         loader=PackageLoader("hfc_design.report"), autoescape=True, undefined=StrictUndefined
     )
     figures: dict[str, Figure] = {}
-    tables: dict[str, Listing] = {}
+    tables: dict[str, Table] = {}
 
     def drawn(figure: Figure, called: str, shaded: bool = False) -> str:
         figures[_free(called, figures)] = figure
         return _shaded(picture, figure) if shaded else picture(figure)
 
-    def collected(
-        called: str,
-        caption: str,
-        head: Sequence[str],
-        rows: Iterable[Sequence[str]],
-        best: Iterable[Collection[int]] = (),
-    ) -> str:
-        cells = [[*map(str, row)] for row in rows]
-        listing = Listing(str(caption), [*map(str, head)], cells, [*best])
-        tables[_free(called, tables)] = listing
-        return ""
+    def collected(table: Table, called: str) -> Table:
+        texts = table._replace(rows=[[*map(str, row)] for row in table.rows])  # an own kind's
+        tables[_free(called, tables)] = texts
+        return texts
 
     environment.filters |= {"picture": drawn, "digest": digest, "capital": capital}
-    environment.globals |= {"collected": collected, "inside": inside}
+    environment.filters["collected"] = collected
+    environment.globals["inside"] = inside
     html = environment.get_template(name).render(**values).encode()
     return Page(html, figures, tables, of, plain_name(label or of))
 

@@ -29,8 +29,9 @@ from hfc_design.plotting.figure import (
 )
 from hfc_design.plotting.numbers import readable
 from hfc_design.report.comparison.tables import titled
-from hfc_design.simulation.acceptance import TITLES, Usable
+from hfc_design.simulation.acceptance import Usable
 from hfc_design.simulation.monte_carlo import QUANTILES, Robustness
+from hfc_design.simulation.usable_tables import TITLES
 
 #: Width of a picture with long labels [in].
 WIDE = 8.4
@@ -143,7 +144,7 @@ def distributions(judged: Robustness | Usable, title: str) -> Figure:
 
 
 def _in_motions(judged: Usable, title: str) -> Figure:
-    """A row for each motion, a column for each measure."""
+    """A row for each motion, a column for each metric."""
     rows, columns = len(judged.motions), len(judged.units)
     share = f"{100 * judged.good.mean():.4g} % pass"
     machines = f"{len(judged.good)} machines within ±{100 * judged.spread:g} %: {share}"

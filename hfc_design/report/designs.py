@@ -3,7 +3,7 @@
 from matplotlib.figure import Figure
 
 from hfc_design.controllers.kind import require
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, option
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.loop_setup import load_design
 from hfc_design.files.machine import PlantSettings
@@ -33,6 +33,6 @@ def picture(design: AnyDesign, what: str, unit: str | None = None, axis: str = "
         unit = [*units][-1]
     if unit not in units:
         has = ", ".join(filter(None, units)) or "no units"
-        raise UserError(f"--unit {unit}: {what} of {shown.name} has {has}")
+        raise UserError(f"{option('unit', unit)}: {what} of {shown.name} has {has}")
     figure: Figure = units[unit]()
     return figure

@@ -17,10 +17,10 @@ AROUND = 0.05
 
 
 def motions(evaluations: Evaluations, title: str) -> Figure:
-    """Position, error and command of every axis, preceded by the errors off a path.
+    """Position, error and command of every axis, preceded by the contour errors.
 
     For a single axis without a path, panels one below the other, including the deflection of a
-    spring. A diverged motion ends where it runs away, and may leave its panels.
+    spring. A motion ends where it diverges, and may leave its panels.
 
     Args:
         evaluations: evaluations of the same scenario by the names of the designs.

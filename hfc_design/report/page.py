@@ -26,9 +26,9 @@ from hfc_design.report.paper import Paper
 from hfc_design.report.parts import Evaluations
 from hfc_design.runs.polishing import polish_told
 from hfc_design.runs.run import CONFIG, Result, used
-from hfc_design.simulation import acceptance
+from hfc_design.simulation import acceptance, usable_tables
 from hfc_design.simulation.evaluating import Evaluation, evaluate, meanings
-from hfc_design.simulation.stability_criteria import EXPLAINED
+from hfc_design.simulation.stability_criteria import EXPLAINED, reasons_text
 from hfc_design.simulation.usable import usable
 
 TABLES = "tables"
@@ -138,8 +138,10 @@ def _rendered(
     """The page of a design on a scenario, of a run or by itself; ``of`` is its title."""
     missing: dict[str, Any] = dict.fromkeys(OF_RUNS)
     evaluations = {OWN: evaluation, **rivals}
-    scores = parts.metric_rows(scenario, [*evaluations.values()])
-    first, usable = parts.first_metrics(evaluation, scenario), parts.whether_used(used)
+    scores, others_shown = parts.score_tables(scenario, evaluations)
+    usable = parts.whether_used(used)
+    motions = usable["motions"] if usable else {}
+    failing = {name: reasons_text(one["reasons"]) for name, one in motions.items()}
     return rendered(
         "report.html.j2",
         f"{of} on {scenario.name}",
@@ -149,12 +151,13 @@ def _rendered(
         summary=parts.summary(scenario, evaluation, rivals, bool(usable and usable["usable"])),
         polished=polish_told(design),
         names=list(evaluations),
-        scores=[row for key, row in scores.items() if key in first],
-        others=[row for key, row in scores.items() if key not in first],
+        scores=scores,
+        others=others_shown,
         meant=[(metric(key, text)[0], text) for key, text in meanings(scenario).items()],
-        measure=parts.measure(scenario),
         contour=evaluation.contour is not None and not evaluation.contour.any_axes,
         used=usable,
+        failing={name: why for name, why in failing.items() if why},
+        asked=[one.get("asked_of") for one in motions.values()],
         everything=parts.pass_conditions(scenario),
         doubts=plausibility_warnings(scenario),
         chaotic=evaluation.chaotic,
@@ -168,6 +171,7 @@ def _rendered(
         reasons=EXPLAINED,
         percent=percent,
         use=acceptance,
+        of_use=usable_tables,
         **missing | others,
     )
 

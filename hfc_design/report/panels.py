@@ -30,7 +30,7 @@ class Panel(NamedTuple):
 
 
 def axis_panels(evaluations: Evaluations, k: int, spring: bool = True) -> list[Panel]:
-    """Position with its reference, error and command of axis ``k``, until each motion runs away.
+    """Position with its reference, error and command of axis ``k``, until a motion diverges.
 
     With the deflection of a ``spring``, if the drive has one.
     """
@@ -59,7 +59,7 @@ def axis_panels(evaluations: Evaluations, k: int, spring: bool = True) -> list[P
 
 
 def path_panels(evaluations: Evaluations) -> list[Panel]:
-    """Errors of each design off its path, as in ``path_errors``; none without a path."""
+    """Contour errors of each design, as in ``path_errors``; none without a path."""
     each = [path_errors(one, evaluations.values()) for one in evaluations.values()]
     ends = [drawn_samples(one) for one in evaluations.values()]
     panels = []
@@ -86,7 +86,7 @@ def path_errors(evaluation: Evaluation, scaled: Iterable[Evaluation] = ()) -> li
 
 
 def error_scale(evaluations: Iterable[Evaluation], unit: str) -> tuple[float, str]:
-    """Factor and unit in which all errors in a ``unit`` are legible, of axes and off a path.
+    """Factor and unit in which all errors in a ``unit`` are legible, of axes and contours.
 
     The same for all, so that none is in mm beside others in µm.
     """

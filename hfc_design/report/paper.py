@@ -10,7 +10,7 @@ from hfc_design.core.records import UserError
 from hfc_design.formats.writing import write
 from hfc_design.plotting.column import in_column
 from hfc_design.plotting.files import image
-from hfc_design.plotting.latex import table
+from hfc_design.plotting.latex import latex
 from hfc_design.report import Page
 
 #: Millimetres in an inch.
@@ -53,8 +53,8 @@ class Paper(NamedTuple):
             write(self.figures, dict(map(self._file, page.figures, page.figures.values())))
         if self.tables is not None:
             texts = {
-                f"{name}.tex": table(name, listing, page.of, page.label)
-                for name, listing in page.tables.items()
+                f"{name}.tex": latex(name, table, page.of, page.label)
+                for name, table in page.tables.items()
             }
             write(self.tables, texts)
         return [path for path in (self.figures, self.tables) if path is not None]

@@ -1,7 +1,7 @@
 """Parts of the page of a design: usability, bounds, structures, the controller."""
 
 import re
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,22 +11,21 @@ from hfc_design.controllers.kind import ReportContext
 from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import RunError, UserError
+from hfc_design.core.tables import MISSING, Table
 from hfc_design.files.design import Design
 from hfc_design.files.loop_setup import load_design, machine, own_scenario
 from hfc_design.files.machine import SensorSettings
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.constraints import constraints_on
-from hfc_design.plotting.numbers import digits, readable, score
-from hfc_design.plotting.section import Drawing, Listing, Section
-from hfc_design.report.comparison.tables import NONE, short, titled
-from hfc_design.runs.attained import HEADS, attained_rows, attained_told, kept_attained, left_out
+from hfc_design.plotting.numbers import digits, score
+from hfc_design.plotting.section import Drawing, Section
+from hfc_design.report.comparison.tables import titled
+from hfc_design.runs.attained import attained_table, attained_told, kept_attained
 from hfc_design.runs.individuals import genome_of
 from hfc_design.search.loop import Archive
-from hfc_design.simulation import acceptance as use
-from hfc_design.simulation.evaluating import Evaluation, meanings, score_rows
+from hfc_design.simulation.evaluating import Evaluation, first_metrics, meanings, score_rows
 from hfc_design.simulation.loop_margins import loop_margins
 from hfc_design.simulation.repeats import range_text
-from hfc_design.simulation.stability_criteria import reasons_text
 
 Evaluations = dict[str, Evaluation]  # by the names of the designs
 
@@ -36,60 +35,30 @@ BEST = 10
 SIGNAL = re.compile(r"(?<=\[)\w+(?=\])")
 
 
-def first_metrics(evaluation: Evaluation, scenario: Scenario) -> Collection[str]:
-    """Metrics of the first table: all, or with several motions the scored ones and their errors."""
-    titles, motions = scenario.judge().titles.values(), evaluation.motions.items()
-    errors = (f"{name.replace('-', '_')}_{next(iter(one.metrics))}" for name, one in motions)
-    return [*titles, *(errors if motions else evaluation.metrics)]
-
-
-def metric_rows(scenario: Scenario, evaluations: Sequence[Evaluation]) -> dict[str, list[str]]:
-    """Rows of tables by the keys of the metrics or titles of scores, a cell for each evaluation."""
-    texts = meanings(scenario)
-    rows = {row[0]: row for row in score_rows(scenario.judge(), evaluations, "", NONE)}
+def score_tables(scenario: Scenario, evaluations: Evaluations) -> list[Table]:
+    """Table of ``first_metrics`` and one of all others, a column for each design."""
+    results, texts = [*evaluations.values()], meanings(scenario)
+    rows = score_rows(scenario.judge(), results)
     for key in rows.keys() & texts:
-        values = [one.metrics[key] for one in evaluations]
+        values = [one.metrics[key] for one in results]
         name, factor = titled(key, texts[key], values)
-        rows[key] = [name, *(NONE if x is None else digits(factor * x) for x in values)]
-    return rows
+        rows[key] = [name, *(MISSING if x is None else digits(factor * x) for x in values)]
+    first, head = first_metrics(scenario, results[0]), ["metric", *evaluations]
+    about = f"All on the same scenario. {measure(scenario)}; a dash means no value."
+    shown, others = (
+        [row for key, row in rows.items() if (key in first) is x] for x in (True, False)
+    )
+    return [Table(about, head, shown), Table("All other metrics.", head, others)]
 
 
 def whether_used(numbers: Callable[[], Json]) -> Json | None:
     """Usability of a design; None if unknown. RunError: its file is damaged."""
     try:
-        return usable_numbers(numbers())
+        return numbers()
     except RunError:
         raise
     except UserError:
         return None
-
-
-def usable_numbers(numbers: Json) -> Json:
-    """The numbers of ``usable`` with a table of the motions, and why other machines do not pass."""
-    motions, tracking = numbers["motions"], next(iter(numbers["units"]))
-    measures = zip(*(one["measures"].values() for one in motions.values()), strict=True)
-    scales = []  # of each measure, one for all motions, in which medians are easy to read
-    for unit, column in zip(numbers["units"].values(), measures, strict=False):
-        medians = (abs(one["median"]) for one in column if one["median"])
-        scales.append(readable(unit, min(medians, default=1.0)))
-    scales.append((1.0, "1"))
-    titles = use.TITLES.get(tracking, tracking), "chatter", "peak command", "share at a limit"
-    rows = []
-    for name, one in motions.items():
-        row = [name + " *" * (one.get("asked_of") == "nominal"), f"{100 * one['share']:.4g}"]
-        for measured, (factor, _) in zip(one["measures"].values(), scales, strict=True):
-            pair = (use.measured(measured[x], factor, short, NONE) for x in ("median", "largest"))
-            row.append(" / ".join(pair))
-        rows.append(row)
-    return numbers | {
-        "heads": [
-            *("motion", "pass [%]"),
-            *(f"{title} [{unit}]" for title, (_, unit) in zip(titles, scales, strict=True)),
-        ],
-        "rows": rows,
-        "others": {x: why for x, one in motions.items() if (why := reasons_text(one["reasons"]))},
-        "alone": any(one.get("asked_of") == "nominal" for one in motions.values()),
-    }
 
 
 def pass_conditions(scenario: Scenario) -> str:
@@ -111,17 +80,10 @@ def pass_conditions(scenario: Scenario) -> str:
 def how_near(folder: Path) -> Json | None:
     """Comparison of the design with the best attainable control; None if it was not computed."""
     attained = kept_attained(folder)
-    if attained is None:
-        return None
-    shown = {
-        "told": attained_told(attained),
-        "left_out": left_out(attained),
-        "rows": attained_rows(attained),
-    }
-    return shown | {"heads": ["motion", *HEADS]}
+    return attained and {"told": attained_told(attained), "table": attained_table(attained)}
 
 
-def best_structures(archive: Archive, scenario: Scenario) -> Listing | None:
+def best_structures(archive: Archive, scenario: Scenario) -> Table | None:
     """The best structures of the search and their scores; None if there is only one."""
     genome = genome_of(scenario)
     if genome.structures == 1:
@@ -129,7 +91,7 @@ def best_structures(archive: Archive, scenario: Scenario) -> Listing | None:
     best = (-archive.score).argsort(kind="stable")[:BEST]
     order = best[np.isfinite(archive.score[best])]
     trees = archive.population.tree
-    return Listing(
+    return Table(
         "The best structures, each with its best merit in the search (in "
         f"{scenario.run.precision}); the controller of the run is the best of them in "
         "float64. A unit is written (column input, row input).",
@@ -159,16 +121,15 @@ def _loop(design: Design, scenario: Scenario) -> Section:
         margins = loop_margins(design, scenario)
     except UserError as error:
         return Section(title, f"{error.typed}.", None, [])
-    heads, rows = margins.cells()
-    heads = [head.replace("\n", " ").strip() for head in heads]
     drawing = Drawing(
         margins.figure(),
         "Magnitude and phase of the open loop, and its sensitivity",
         "The open loop from command to command, and the factor by which feedback "
         "amplifies a disturbance.",
     )
-    why = " ".join(f"{row.name}: {row.why}." for row in margins.rows if row.why)
-    return Section(title, why, Listing(margins.about, heads, rows), [drawing])
+    (table,) = margins.tables()
+    why = " ".join(f"{line}." for line in table.lines)
+    return Section(title, why, table, [drawing])
 
 
 class Baseline(NamedTuple):

@@ -73,7 +73,7 @@ def response(evaluation: Evaluation, title: str) -> Figure:
 
 
 def program(evaluation: Evaluation, title: str) -> Figure:
-    """Errors off the path, followed by small panels of position, error and command of each axis."""
+    """Contour errors, followed by small panels of position, error and command of each axis."""
     wide = panels.path_panels({"": evaluation})
     rows = [axis_panels({"": evaluation}, k, spring=False) for k in range(len(evaluation.axes))]
     figure, places = panels.small(wide, rows, height=1.1, top=0.75)

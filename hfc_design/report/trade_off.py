@@ -6,9 +6,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter
 
+from hfc_design.core.tables import Table
 from hfc_design.plotting.figure import OTHER, OWN, above, framed, gridded
 from hfc_design.plotting.numbers import readable, score
-from hfc_design.plotting.section import Drawing, Listing, Section
+from hfc_design.plotting.section import Drawing, Section
 from hfc_design.runs.front import Front, marks
 
 #: Largest number of rows of a front; ``front.csv`` has all.
@@ -29,12 +30,11 @@ def section(front: Front) -> Section:
         "another in every objective. The table shows some of them, front.csv all; hfc "
         "pick makes a design file of any point."
     )
-    head, rows = table(front)
-    return Section(title, text, Listing("Points of the front.", head, rows), [_drawing(front)])
+    return Section(title, text, front_table(front), [_drawing(front)])
 
 
-def table(front: Front, most: int = SHOWN) -> tuple[list[str], list[list[str]]]:
-    """Head and rows of at most so many points: the ends, the marked ones, others between them."""
+def front_table(front: Front, most: int = SHOWN) -> Table:
+    """Table of at most so many points: the ends, the marked ones, others between them."""
     units = [_unit(front, k) for k in range(len(front.objectives))]
     pairs = zip(front.objectives, units, strict=True)
     head = ["point", *(_label(one.name, unit) for one, (_, unit) in pairs), "merit", ""]
@@ -46,7 +46,8 @@ def table(front: Front, most: int = SHOWN) -> tuple[list[str], list[list[str]]]:
         costs = (f"{factor * x:.4g}" for (factor, _), x in zip(units, front.costs[k], strict=True))
         mark = marks(front)[k].replace("design", "design.json").replace(" ", ", ")
         rows.append([str(k + 1), *costs, score(front.merit[k]), mark])
-    return head, rows
+    title = f"trade-off: {len(rows)} of the {size} points of front.csv"
+    return Table("Points of the front.", head, rows, title=title)
 
 
 def _unit(front: Front, k: int) -> tuple[float, str]:

@@ -8,6 +8,7 @@ import numpy as np
 from hfc_design.attainable.attainable import Attainable, attainable
 from hfc_design.core import checkpoint
 from hfc_design.core.numbers import Json
+from hfc_design.core.tables import MISSING, Table
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.loop_setup import load_design, machine, with_converter
 from hfc_design.files.scenario import Scenario
@@ -45,9 +46,10 @@ def _numbers(
         for x, motion in zip(evaluations, motions.values(), strict=True):
             total = float(np.abs(x.axes[0].motion.error).sum())
             motion["sum_error"] = None if x.diverged or not np.isfinite(total) else total
-    slow = any(scenario.limits.of(x).command_rate for x in scenario.plant.machine.axes)
-    left_out = {"left_out": "limits.command_rate"} if slow else {}
-    return {**left_out, "unit": "rad", "motions": motions}
+    limits = scenario.limits.of(scenario.plant.machine.axes[0])
+    whole = ["delay_samples"] if limits.delay_samples.is_integer() else []
+    left = ", ".join(limits.beside("command", "resolution", *whole))
+    return {**({"left_out": left} if left else {}), "unit": "rad", "motions": motions}
 
 
 def keep_attained(scenario: Scenario, design: AnyDesign, folder: Path) -> Json:
@@ -67,26 +69,33 @@ def kept_attained(folder: Path) -> Json | None:
     return read_numbers(folder / ATTAINABLE, AttainableFile)
 
 
-#: Heads of the columns of ``attained_rows``.
-HEADS = ("bound", "best voltage", "this design", "times bound", "times best")
+#: Heads of the columns of ``attained_table``; the last ones are of a design.
+HEAD = ("motion", "bound", "best voltage", "this design", "times bound", "times best")
 
 
-def attained_rows(attained: Json) -> list[list[str]]:
-    """Rows of the table of motions: the name, then ``HEADS``; sums of |e| [rad]."""
-    rows = []
-    for name, sums in attained["motions"].items():
+def attained_table(numbers: Json) -> Table:
+    """Table of the motions: sums of |e| [rad]."""
+    motions, rows = numbers["motions"], []
+    for name, sums in motions.items():
         best, error = (sums["bound"], sums["reached"]), sums.get("sum_error")
         ratios = (None if error is None or x <= 0.0 else error / x for x in best)
-        numbers = (*best, error, *ratios)
-        rows.append([name, *("–" if x is None else f"{x:.4g}" for x in numbers)])
-    return rows
+        cells = (*best, error, *ratios)
+        rows.append([name, *(MISSING if x is None else f"{x:.4g}" for x in cells)])
+    shown = slice(None if any("sum_error" in one for one in motions.values()) else 3)
+    about = (
+        "Sum of the error's magnitude over all samples [rad], on the nominal machine with ideal "
+        "sensors: no controller can be below the bound; the best voltage was found with full "
+        f"knowledge of the motion{left_out(numbers)}."
+    )
+    return Table(about, HEAD[shown], [row[shown] for row in rows])
 
 
 def attained_told(numbers: Json) -> str:
     """Line of text for a design with one motion; "" for others."""
-    ((_, bound, reached, error, by_bound, by_reached), *others) = attained_rows(numbers)
-    if others or error == "–":
+    ((_, bound, reached, *of_design), *others) = attained_table(numbers).rows
+    if others or MISSING in of_design[:1] or not of_design:
         return ""
+    error, by_bound, by_reached = of_design
     return (
         f"sum |e| {error} rad: {by_bound} times the certified bound {bound}, "
         f"{by_reached} times the best open-loop voltage {reached}{left_out(numbers)}"
@@ -95,4 +104,4 @@ def attained_told(numbers: Json) -> str:
 
 def left_out(numbers: Json) -> str:
     """Effects that the numbers leave out, to be appended to them; "" if there are none."""
-    return f" ({numbers['left_out']} is left out)" if "left_out" in numbers else ""
+    return f" (left out: {numbers['left_out']})" if "left_out" in numbers else ""

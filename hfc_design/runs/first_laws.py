@@ -13,15 +13,13 @@ from hfc_design.search.multistart_cma import ISLANDS, SAMPLES, multistart, room
 
 #: Share of a search's evaluations for the search of laws, and again for their transfer to trees;
 #: and the largest number for each, because more have brought nothing.
-#: each of them takes at most, because more have brought nothing.
 SHARE, MOST_SEARCHED, MOST_LAID = 0.25, 11_000, 6_700
 #: Share of the first laws in those evaluations; and evaluations of the shortest search with laws.
 FIRST, FEWEST = 0.05, 15_000
-#: Shares of the transfer: random laws, ways and trees; the best of them on every tree; the rest
-#: improves the best on their trees. Random are all laws that are worth ``GOOD`` of the best: the
-#: sharpest ones do not tolerate the bends of tables.
-#: is best there climbs on its tree. Drawn are all laws that are worth ``GOOD`` of the best: the
-#: sharpest ones do not stand the bends of tables.
+#: Shares of the evaluations of the transfer: for laws, ways and trees drawn at random; for the best
+#: of these on every tree; the rest improves the best ones on their trees. Laws are drawn from those
+#: with at least ``GOOD`` of the best score: the most aggressive laws do not tolerate the
+#: bends of tables.
 DRAWN, EVERYWHERE, GOOD = 0.08, 0.08, 0.25
 #: First standard deviation of an improvement, and the rounds planned for each improved tree.
 NEAR, ROUNDS = 0.1, 30

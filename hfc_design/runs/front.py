@@ -9,7 +9,7 @@ import numpy as np
 from hfc_design.controllers.genome import Population, taken
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.numbers import Floats, Integers, number_of
-from hfc_design.core.records import RunError, UserError
+from hfc_design.core.records import RunError, UserError, option
 from hfc_design.core.wording import one_of
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.metric import in_units
@@ -127,7 +127,7 @@ def chosen(
     size = len(front.merit)
     if point is not None:
         if not 1 <= point <= size:
-            raise UserError(f"--point {point}: must be 1 to {size}")
+            raise UserError(f"{option('point', point)}: must be 1 to {size}")
         return point - 1
     return front.knee if wanted is None else nearest(front, wanted, scenario)
 
@@ -142,11 +142,12 @@ def nearest(front: Front, wanted: Mapping[str, float | str], scenario: Scenario)
     low, width = front.costs.min(axis=0), np.ptp(front.costs, axis=0)
     away = np.zeros(len(front.costs))
     for name, text in wanted.items():
+        given = option("nearest", key=name)
         if name not in names:
-            raise UserError(f"--nearest {name}: unknown objective here; {one_of(name, names)}")
+            raise UserError(f"{given}: unknown objective here; {one_of(name, names)}")
         k = names.index(name)
         try:
-            value = in_units("--nearest " + name, text, front.objectives[k].unit, scenario.units)
+            value = in_units(given, text, front.objectives[k].unit, scenario.units)
         except ValueError as error:
             raise UserError(str(error)) from None
         away += np.square((scaled(front.costs)[:, k]) - (value - low[k]) / (width[k] or 1.0))

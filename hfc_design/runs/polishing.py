@@ -34,15 +34,12 @@ POLISH = "polish"
 DOUBLES = 7
 #: A step with several machines uses the nominal one, some on which the initial design passes with
 #: the smallest reserve, and some random ones; it is linearised on a few of these.
-#: passes with least to spare, and some at random; it is linearised on a few of these.
 HARD, RANDOM, LINEARISED = 8, 7, 3
 #: Individuals of a step on one machine and on several; with the present one they fill the lanes.
 #: Numbers of these that are evaluated like the result.
-#: these so many are judged as the result is.
 PROPOSED, JUDGED = (127, 63), (4, 2)
 #: Residuals below a share of the largest one get no more weight; the share is drawn for every step
 #: between these powers of ten, since a polish that is stuck at one may progress at another.
-#: between these powers of ten, since what is stuck at one may go on at another.
 SMALLEST = (-6.0, -2.0)
 
 

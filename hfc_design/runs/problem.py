@@ -29,19 +29,16 @@ from hfc_design.simulation.population import Machines
 from hfc_design.simulation.stepping import trailing
 from hfc_design.simulation.stress import among
 
-#: Number of machines that all individuals meet before those that cannot reach the needed rank are
-#: dropped, and tolerance of this comparison for rounding.
-#: much of that rounding may take away.
+#: Number of machines on which all individuals are simulated before those that cannot reach the
+#: needed rank are dropped, and tolerance of this comparison for rounding.
 FEW, SLACK = 4, 1e-9
 #: Offset of the seed of the machines on which the final choice is made.
 CHOSEN = 2**33
 #: Final penalty of violated constraints in a search whose scores are compared within a generation
 #: only, and power of the share of its generations with which it grows.
-#: generation only, and the power of the share of its generations by which it grows.
 PENALTY, GROWING = 1000.0, 2.0
 #: Machines for the points of a front if a single design was looked for before; the search for one
 #: design uses twice as many in turn.
-#: for one design meets twice as many in turn.
 HARD = 40
 #: Exponent of ``robust.tighter`` for a front: these machines are hard enough.
 TRADED = 0.5
@@ -134,9 +131,9 @@ class Problem:
         against merit instead, with increasing weight. The merit of an individual that cannot reach
         its ``needed`` value is any number below it.
 
-        With several machines, all individuals meet a few and the best of them more. If scores are
-        not compared, each generation has others of the same machines; half of them are ``hard``
-        ones if there are any.
+        With several machines, all individuals are simulated on a few, and the best of them on more.
+        If scores of generations are never compared, each generation uses other machines of the same
+        set; half of them are ``hard`` ones if there are any.
         """
         return self._in_rounds(population, generation, needed, hard)[:, 1]
 

@@ -2,7 +2,8 @@
 
 import json
 import shlex
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,8 +11,8 @@ from hfc_design.core import checkpoint
 from hfc_design.core.embedded_files import AnyFile
 from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import resuming
-from hfc_design.core.records import RunError, UserError, writing
-from hfc_design.core.reprs import line, table
+from hfc_design.core.records import RunError, UserError, option, writing
+from hfc_design.core.tables import line, table
 from hfc_design.core.texts import json_of, read_text
 from hfc_design.files.design import Design, design_json, naming, read_design
 from hfc_design.files.loop_setup import load_design
@@ -39,7 +40,7 @@ HISTORY, DESIGN = "history.csv", "design.json"
 GIVEN = "given.json"
 #: Message for contradictory constraints, or a spread that no design tolerates.
 NO_DESIGN = "no design tried meets every constraint; this one violates them least"
-HINT = "; to continue nevertheless add --anyway"
+HINT = f"; to continue nevertheless add {option('anyway', True)}"
 
 
 class Result(NamedTuple):
@@ -74,8 +75,8 @@ def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Sc
     check_polish(scenario)
     if any((folder / name).exists() for name in (CONFIG, CHECKPOINT, DESIGN, FRONT)):
         raise UserError(
-            f"--out {folder}: already has a run; name another folder, or continue it: hfc "
-            f"design --resume --out {shlex.quote(str(folder))}"
+            f"{option('out', str(folder), 'folder')}: already has a run; name another folder, or "
+            f"continue it: hfc design --resume --out {shlex.quote(str(folder))}"
         )
 
     def copied(key: str, file: AnyFile) -> Path:
@@ -92,6 +93,21 @@ def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Sc
     return opened_run(folder)
 
 
+@contextmanager
+def begun(folder: Path) -> Iterator[None]:
+    """Around a new run: one that is refused before its first checkpoint leaves no files."""
+    before = {*folder.iterdir()}
+    try:
+        yield
+    except RunError:  # an interrupted one can be resumed
+        raise
+    except UserError:
+        if not (folder / CHECKPOINT).exists():
+            for file in {*folder.iterdir()} - before:
+                file.unlink()
+        raise
+
+
 def opened_run(folder: Path) -> Scenario:
     """The scenario of an existing run folder.
 
@@ -99,7 +115,8 @@ def opened_run(folder: Path) -> Scenario:
         UserError: there is no run in the folder.
     """
     if not (folder / CONFIG).is_file():
-        raise UserError(f"--out {folder}: has no run to resume (no file {CONFIG})")
+        place = option("out", str(folder), "folder")
+        raise UserError(f"{place}: has no run to resume (no file {CONFIG})")
     with naming(provenance(folder / DESIGN)):
         return load_scenario(str(folder / CONFIG))
 

@@ -98,7 +98,7 @@ def checkpointed(
     save: Callable[[Any], None],
     on_step: Callable[[Step], None],
 ) -> Step:
-    """Take all ``steps`` after the step ``before``, with ``save`` now and then and at any end.
+    """Take all ``steps`` after the step ``before``; ``save`` from time to time and at the end.
 
     Returns the last step, or ``before`` if none was left.
     """

@@ -252,7 +252,7 @@ class Machine:
             one.reset()
 
     def learned(self) -> Design:
-        """The design with its learnt values, with separate axes if they differ.
+        """The design with its learned values, with separate axes if they differ.
 
         Raises:
             UserError: the kind does not adapt.

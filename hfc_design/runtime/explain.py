@@ -11,14 +11,14 @@ from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.kind import Explain, require
 from hfc_design.controllers.per_axis import OuterDesign
 from hfc_design.core.numbers import Parameters, finite, number_or_none
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, either, option
 from hfc_design.files.design import Design
 from hfc_design.runtime import Controller
 from plants import Drive
 
 Sample = dict[str, float]
 PREVIOUS = "previous_"
-TOO_LARGE = "--at {}: too large, the result is not finite"
+TOO_LARGE = "too large, the result is not finite"
 
 
 def part(design: Design, axis: str) -> Design:
@@ -56,9 +56,10 @@ def _inside(design: Design, axis: str) -> Design:
 
 
 def _no_axis(design: Design, axis: str, known: Iterable[str]) -> UserError:
-    has = ", ".join(filter(None, known)) or "the same on every axis, so leave --axis out"
-    problem = f" {axis!r}:" if axis else ": is missing;"
-    return UserError(f"--axis{problem} design {design.name} has {has}")
+    bare = option("axis")
+    problem = f"{either(f'--axis {axis!r}', f'axis={axis!r}')}:" if axis else f"{bare}: is missing;"
+    has = ", ".join(filter(None, known)) or f"the same on every axis, so leave {bare} out"
+    return UserError(f"{problem} design {design.name} has {has}")
 
 
 def explained(design: Design, samples: Sequence[str], axis: str = "") -> dict[str, Any]:
@@ -107,12 +108,12 @@ def explanation(
     controller = Controller(frozen)
     before = _memory(kind, samples[0])
     if not finite(before):
-        raise UserError(TOO_LARGE.format(texts[0][:60]))
+        raise UserError(f"{_at(texts[0][:60])}: {TOO_LARGE}")
     controller.remember(before)
     for text, sample in zip(texts, samples, strict=True):
         command, parts = controller.step_in_parts(sample)
         if math.isnan(command):
-            raise UserError(TOO_LARGE.format(text[:60]))
+            raise UserError(f"{_at(text[:60])}: {TOO_LARGE}")
     units = units_of(drive.units)
     accepted = drive.accepted(drive.coefficients(parameters), command)
     report = {
@@ -131,8 +132,12 @@ def explanation(
         "rate_left_out": alone and any(design.changes([design.axis]).values()),
     }
     if not finite(report):
-        raise UserError(TOO_LARGE.format(texts[-1][:60]))
+        raise UserError(f"{_at(texts[-1][:60])}: {TOO_LARGE}")
     return report
+
+
+def _at(text: str | None = None) -> str:
+    return option("at", argument="sample", key=text)
 
 
 def _own_names(kind: Explain, record: Any) -> dict[str, str]:
@@ -152,10 +157,10 @@ def _sample(text: str, names: Mapping[str, str]) -> Sample:
         name, _, value = (part.strip() for part in item.partition("="))
         reading = number_or_none(value)
         if not name or reading is None:
-            raise UserError(f"--at {item[:60]!r}: must be SIGNAL=NUMBER, as in error=1e-4")
+            raise UserError(f"{_at(repr(item[:60]))}: must be SIGNAL=NUMBER, as in error=1e-4")
         name = names.get(name, name)
         if name in readings:
-            raise UserError(f"--at {text[:60]}: {name} is given twice")
+            raise UserError(f"{_at(text[:60])}: {name} is given twice")
         readings[name] = reading
     return readings
 
@@ -174,16 +179,18 @@ def _check(
             why = f"{design.name} reads {listed}"
             if not alone and (name in before or name in others):
                 why = "with several samples the first starts from rest, and each precedes the next"
-            raise UserError(f"--at {name}={sample[name]:g}: unknown signal; {why}")
+            x = f"{sample[name]:g}"
+            given = either(f"--at {name}={x}", f"sample={{{name!r}: {x}}}")
+            raise UserError(f"{given}: unknown signal; {why}")
     for new, old in others.items():
         if new in sample and old in sample:
-            raise UserError(f"--at: must have only one of {new} and {old}")
+            raise UserError(f"{_at()}: must have only one of {new} and {old}")
         if new in sample:
             before = [name for name in before if name != old]
     for name in [*now, *(before if alone else [])]:
         if name not in sample:
             other = next((f" (or {new})" for new, old in others.items() if old == name), "")
-            raise UserError(f"--at: {name}{other} is missing; {design.name} reads {listed}")
+            raise UserError(f"{_at()}: {name}{other} is missing; {design.name} reads {listed}")
 
 
 def _memory(kind: Explain, sample: Sample) -> Sample:

@@ -28,7 +28,7 @@ from hfc_design.formats.writing import MEANINGS, meanings_of
 from hfc_design.motion.references import Load
 from hfc_design.objectives.judge import OBJECTIVES
 from hfc_design.objectives.metric import ALONE, PLANE, PROGRAM
-from hfc_design.objectives.metrics import RUNNING, band_time
+from hfc_design.objectives.metrics import METRICS, RUNNING, band_time
 from hfc_design.objectives.objective import Objective, ObjectiveSettings
 from hfc_design.objectives.tables import columns
 from hfc_design.reference import entries as reference
@@ -37,6 +37,7 @@ from hfc_design.schema.comments import Comment, comments_of, described, first_li
 from hfc_design.schema.fields import fields_of, records_in
 from hfc_design.search.loop import STRATEGIES
 from hfc_design.search.strategy import Strategy
+from hfc_design.stability.margins import MEANT
 from plants import Drive, Machine, machine_of
 
 #: Signals of every drive that no format has to describe.
@@ -179,9 +180,8 @@ PLUGINS: dict[str, tuple[Group[Any], Callable[[Any], Iterator[Entry]]]] = {
 }
 #: Tables with the keys of [load].
 AS_LOAD = "motions.N.load.", "load.axes.AXIS."
-#: Tables of a scenario whose keys depend on the thing that they name: the key with the name, its
-#: default, and the available things.
-#: and what there is.
+#: Tables of a scenario whose keys depend on the kind that they name: the key with the name, its
+#: default, and the available kinds.
 CHOSEN: dict[str, tuple[str, str, Group[Any] | None]] = {
     "reference": ("kind", "ramp", None),
     "fitness": ("kind", "lin-lee", OBJECTIVES),
@@ -199,17 +199,22 @@ def collect() -> list[Entry]:
             entries += entries_of(group.get(name))
     for record in references:
         entries += reference_entries(record, (*references, Load))
-    for one in (*RUNNING.values(), band_time(0.0)):
+    tabled = (one for one in METRICS if one.name not in RUNNING)
+    for one in (*RUNNING.values(), band_time(0.0), *tabled):
         meaning = one.meaning.replace("within 0", "within the band given with it")
-        metric = Entry(reference.METRIC, one.name, type="number", unit=one.unit)
-        entries.append(metric._replace(meaning=meaning))
+        metric = Entry(reference.METRIC, one.name, type="number", unit=one.unit, meaning=meaning)
+        entries.append(metric._replace(allowed="" if one.running else reference.IN_TABLES))
+    for name, (unit, meaning) in MEANT.items():
+        metric = Entry(reference.METRIC, name, type="number", unit=unit, meaning=meaning)
+        entries.append(metric._replace(allowed=reference.IN_CONSTRAINTS))
     entries += [Entry(reference.FORMAT, one.name, meaning=one.text) for one in FORMATS.values()]
     for name in builtin_names():
         meaning = read_toml(BUILTIN / f"{name}.toml").get("description", "")
         entries.append(Entry(reference.SCENARIO, name, meaning=meaning))
     for name in builtin_designs():
-        meaning = str(named_design(name).provenance["source"])
-        entries.append(Entry(reference.DESIGN, name, meaning=meaning))
+        design = named_design(name)
+        whole = f"{design.kind.name} for {design.plant.name}: {design.provenance['source']}"
+        entries.append(Entry(reference.DESIGN, name, meaning=whole))
     return [one._replace(name=one.name or one.key) for one in entries]
 
 

@@ -54,6 +54,7 @@ def fields_of(
             unit=comment.unit,
             default=None if without else plain(field.get_default(call_default_factory=True)),
             required=field.is_required(),
+            absent=kind == "table" and field.default is None,
             allowed=allowed(schema),
             meaning=comment.meaning,
             source=source_in(comment.meaning),

@@ -14,8 +14,8 @@ from hfc_design.core.numbers import Floats, Integers
 
 #: Places of the memory, and the width of what is drawn about one of them.
 PLACES, WIDTH = 6, 0.1
-#: Share of the points of which one is the best that others move to, and places in the archive for
-#: each of the first points.
+#: Share of best points, one of which each point moves to; places in the archive for each of the
+#: first points.
 BEST, ARCHIVE = 0.11, 2.6
 
 

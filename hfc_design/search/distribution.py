@@ -13,8 +13,8 @@ from hfc_design.core.numbers import Floats
 
 #: Numbers of which the whole covariance is adapted, at most.
 WHOLE = 40
-#: How much more the later means count in their average, as one that follows noise wanders: it is
-#: about that of the last third (Shamir and Zhang, ICML 2013).
+#: How much more later means count in the average that reduces noise, which is about that of the
+#: last third (Shamir and Zhang, ICML 2013).
 LATER = 2.0
 #: Smallest variance of a direction, in shares of the largest, and the largest step.
 SMALLEST, LARGEST_STEP = 1e-16, 1e6
@@ -65,7 +65,7 @@ def constants(samples: int, size: int) -> Constants:
     path_rate = (4.0 + mass / size) / (size + 4.0 + 2.0 * mass / size)
     rank_one = 2.0 / ((size + 1.3) ** 2 + mass)
     rank_mu = min(1.0 - rank_one, 2.0 * (mass - 2.0 + 1.0 / mass) / ((size + 2.0) ** 2 + mass))
-    if size > WHOLE:  # there is less to learn, so it is learnt faster (Ros and Hansen, eq. 6)
+    if size > WHOLE:  # there is less to learn, so it is learned faster (Ros and Hansen, eq. 6)
         faster = (size + 2.0) / 3.0
         rank_one = min(1.0, faster * rank_one)
         rank_mu = min(1.0 - rank_one, faster * rank_mu)

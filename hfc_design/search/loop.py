@@ -64,10 +64,10 @@ def _called(strategy: Strategy, part: str, function: Callable[..., Any], *given:
         return output
 
 
-#: What the population of a generation is ranked by, no finite number where an individual failed;
-#: for a strategy that trades with the costs of each, on the ``machines`` that it names if it does.
-#: One that says what is ``needed`` of each may be told less where that is not reached; one that
-#: knows by how much each is ``broken`` says so.
+#: Scores by which the population of a generation is ranked, not finite where an individual failed;
+#: with costs for a strategy that trades, on its ``machines`` if it names some. If the candidates
+#: have ``needed`` scores, a score below it is only known to be below; ``broken``, if they have it,
+#: is the known violation of each.
 Evaluate = Callable[..., Floats | Scored | Weighed]
 
 
@@ -82,8 +82,8 @@ class History(NamedTuple):
     """Results of each generation."""
 
     best: Floats  # (generations,) best score so far; nan while all have failed
-    #: Median score of those in the generation that did not fail; nan without any. Of those that
-    #: were lost before the motion had ended it is what they could still have reached.
+    #: Median score of the individuals that did not fail; nan if all failed. An individual that was
+    #: stopped early counts with the score that it could still have reached.
     median: Floats
     diverged: Integers  # individuals that failed
     structures: Integers  # distinct trees in the generation, or that compete one after the other
@@ -184,7 +184,7 @@ def _possible(scored: State, empty: Population) -> bool:
 
 
 def _archived(archive: Archive, population: Population, score: Floats) -> Archive:
-    """The best of every tree, among what the archive holds and this generation."""
+    """The best of every tree in the archive and in this generation."""
     both = joined(archive.population, population)
     scores = np.concatenate([archive.score, score])
     order = np.lexsort((-scores, both.tree))  # stable: on a tie the older one stays

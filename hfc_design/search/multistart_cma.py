@@ -15,8 +15,8 @@ from hfc_design.search.distribution import Distribution, begun, drawn, learnt
 
 #: Islands at most and at least, and points of each in a round.
 ISLANDS, LEAST, SAMPLES = 8, 2, 16
-#: There are as many islands as have so many rounds before them: few evaluations do not climb many
-#: hills, and in the end the best ones go on alone.
+#: Each island is given so many rounds, which determines the number of islands: few evaluations are
+#: not enough for many islands, and in the end only the best ones continue.
 ROUNDS = 60
 #: First standard deviation, and that of an island which begins anew about the best of all.
 STEP, ANEW = 0.4, 1.0

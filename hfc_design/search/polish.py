@@ -44,12 +44,12 @@ class Polishable(NamedTuple):
     """Interface of a problem that can be polished."""
 
     genome: Genome
-    #: (n, 1 or more) all that an individual is ranked by, the larger the better; -inf: it failed.
+    #: (n, 1 or more) numbers by which individuals are ranked, larger is better; -inf: it failed.
     worth: Callable[[Population], Floats]
-    #: (individuals, random numbers) -> (n,) much the same on fewer machines; compared within one
-    #: call only.
+    #: (individuals, random numbers) -> (n,) an estimate of this on fewer machines, which can be
+    #: compared within one call only.
     screened: Callable[[Population, np.random.Generator], Floats]
-    #: The normal equations about a population of one; None where they are not finite. None where
+    #: Normal equations about a population of one; returns None where they are not finite. None if
     #: the machine has no such derivatives.
     quadratic: Callable[[Population, np.random.Generator], Quadratic | None] | None = None
     proposed: int = 127  # individuals of a step
@@ -140,7 +140,7 @@ def proposals(
 
 
 def _begun_blind(task: Polishable, done: Polished) -> Polished:
-    """A new distribution about what there is, where it cannot go on where it was."""
+    """A new distribution about the present individual, for when steps bring no improvement."""
     one = done.population
     chart = _coordinates(task, one)
     fresh = begun(np.zeros(chart.size), chart.step)
@@ -163,7 +163,7 @@ def _blind(task: Polishable, done: Polished, rng: np.random.Generator) -> Polish
 def _screened(
     task: Polishable, done: Polished, members: Population, rng: np.random.Generator
 ) -> Floats:
-    """(1 + n,) of what there is, and of the individuals."""
+    """(1 + n,) screening values of the present individual and of the others."""
     return task.screened(joined(done.population, members), rng)
 
 

@@ -17,9 +17,8 @@ Probability = Annotated[float, Field(ge=0, le=1)]
 class StrategySettings(Record):
     """The ``[search]`` of a scenario; each strategy adds keys of its own.
 
-    ``stick_penalty`` is the weight of sticking in the judge's divisor, 0 if a strategy has no such
-    key. The keys of ``controllers.hierarchical.record.Bounds`` bound the varied numbers of a
-    hierarchy.
+    ``stick_penalty`` is the weight of sticking in the merit, 0 if a strategy has no such key. The
+    keys of ``controllers.hierarchical.record.Bounds`` limit the varied numbers of a hierarchy.
     """
 
     preset: str  # which search strategy
@@ -31,17 +30,17 @@ class Task(NamedTuple):
     """Task of a strategy: the genome to search, and functions that help."""
 
     genome: Genome
-    #: The tracking error about one individual and its derivative, by all of its numbers or by some
-    #: that are named behind it; gives None where they are not finite. None where the genome or the
-    #: machine has no such derivative.
+    #: The tracking error near one individual and its derivative with respect to all of its numbers,
+    #: or to those named in a second argument; returns None where they are not finite. None if the
+    #: genome or the machine has no such derivative.
     linearised: Callable[..., Linear | None] | None = None
-    #: The numbers of the machines on which individuals break constraints most, the nominal one
-    #: among them, without those on which less than a share of the individuals passes; of
-    #: (individuals, share). None where there is but one machine. What a strategy asks may have
-    #: ``machines``: one that trades meets these and no others, in others a share is of them.
+    #: (individuals, share) -> numbers of the machines on which the individuals violate constraints
+    #: most, with the nominal one, without those on which less than this share of the individuals
+    #: passes. None if there is only one machine. A strategy may ask for ``machines``: if it trades,
+    #: candidates are simulated on these only, otherwise a part of the machines is taken from them.
     hardest: Callable[[Population, float], Integers] | None = None
-    #: First individuals on the given trees that know the machine, of (trees, generator); None, or
-    #: giving None, where nothing is known.
+    #: (trees, generator) -> first individuals on these trees that use knowledge of the machine;
+    #: None, or a result of None, if there is no such knowledge.
     informed: Callable[[Integers, np.random.Generator], Population | None] | None = None
     #: (n,) by how much individuals break what is known without a simulation; None: nothing is.
     broken: Callable[[Population], Floats] | None = None
@@ -67,8 +66,8 @@ class Weighed(NamedTuple):
     fitness: Floats | Scored
 
 
-#: What only its strategy knows: what it remembers, and what it asks, a record with a
-#: ``population`` and whatever ``tell`` has to know of it.
+#: Data of a strategy: its state, and its candidates, a record with a ``population`` and everything
+#: that ``tell`` needs about it.
 State: TypeAlias = Any
 Asked: TypeAlias = Any
 
@@ -94,8 +93,8 @@ class Strategy(NamedTuple):
 
     name: str  # the ``preset`` of a scenario
     settings: type[StrategySettings]
-    #: NamedTuple of arrays, numbers and such records, as ``tell`` gives it. What it calls
-    #: ``population`` is one; with a ``score`` beside it, its best are looked at in the end.
+    #: NamedTuple of arrays, numbers and such records, as ``tell`` returns it. ``population`` in it
+    #: holds individuals; if ``score`` is beside it, the best of them are finalists.
     state: type[Any]
     make: Callable[[Any, Task], Searcher]  # of settings and task
     summary: str = ""  # for hfc list strategies
@@ -104,11 +103,11 @@ class Strategy(NamedTuple):
     #: Whether a state from a file, whose arrays and numbers are of their types, can be one that
     #: ``tell`` gave with these settings.
     sound: Callable[[Any, Any], bool] = lambda settings, state: True
-    #: In how many of its first generations, of its settings, scores are compared within each only;
-    #: then each may have machines of its own.
+    #: settings -> number of first generations whose scores are compared within a generation only;
+    #: each of them can have other machines.
     forgets: Callable[[Any], int] = lambda settings: 0
-    #: Names of the objectives that it trades off, of its settings; None: it ranks by a score. The
-    #: state then has a ``front``, a record with a ``population`` and its ``score``.
+    #: settings -> names of the objectives that it trades off; None: it ranks by a score. If it
+    #: trades, the state has a ``front``, a record with a ``population`` and its ``score``.
     trades: Callable[[Any], tuple[str, ...]] | None = None
 
     def __repr__(self) -> str:

@@ -1,20 +1,20 @@
 """Answer to whether a design can be used: per motion, under stress, as a sentence, as numbers.
 
-Pages, the terminal and READMEs are made from ``Usable.numbers``; the functions that put these
-numbers into words follow it. The functions that measure and those that read the measured values
-come last, side by side, because both rely on the order of the values.
+Pages, the terminal and READMEs are made from ``Usable.numbers``: ``usable_tables`` puts these
+numbers into tables, and the functions that put them into words follow ``Usable``. The functions
+that measure and those that read the measured values come last, side by side, because both rely on
+the order of the values.
 """
 
-import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
 from hfc_design.core.numbers import SAME_SINGLE, Floats, Gains, Json, Mask, storable
-from hfc_design.core.reprs import line, table
 from hfc_design.core.statistics import share_interval
+from hfc_design.core.tables import Table, line, table
 from hfc_design.core.wording import three_digits
 from hfc_design.files.design import Design
 from hfc_design.files.loop_setup import controller_of
@@ -28,6 +28,7 @@ from hfc_design.objectives.tolerances import TolerancesSettings, tolerated
 from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.repeats import Repeats, chaos_text
 from hfc_design.simulation.stability_criteria import STABILITY, counted, instabilities
+from hfc_design.simulation.usable_tables import breaking, tables
 from hfc_design.stability.report import LoopMargins
 from plants import in_a_name
 
@@ -40,38 +41,12 @@ UNTRIED = "not tested under stress, add [robust] or [stress] for that"
 #: What motions that never rest may not show.
 UNSTABLE = "the loop is unstable at rest or at speed (see hfc stability)"
 
-#: What measures of tracking are called.
-TITLES = {
-    "settled_rms_error": "settled rms error",
-    "estimated_rms_contour_error": "estimated rms contour error",
-}
-#: What stands below ``stress_table`` and ``why_table``.
-STRESS_ABOUT = (
-    "stress: one at a time, on machines that pass without it, in all motions required of "
-    "them; merit: of the median machine, relative to that without stress"
-)
-#: What to do about the stress that breaks a design first, by words of its name; "": any other.
-MENDS = {
-    "mode": "record a log with higher frequencies and run hfc identify again, also with two masses",
-    "delay|loop|early": "identify delay and lag, or filter less (a faster observer)",
-    "standstill": "identify it too (--free stiction_rise,...), from a log with slow reversals",
-    "noise": 'sensors.velocity = "observer", a slower observer_hz, or a better encoder',
-    "start|rest|backwards": "add a motion that does so and search again",
-    "": "give it a tolerance in [robust.tolerances] and search again",
-}
-WHY = "Changes that would give a yes, each on its own"
-WHY_ABOUT = (
-    "lost by it: machines that fail it, perhaps others too; without: the share without "
-    "this requirement, for spread and tolerances of machines within half of them; -: no "
-    "value suffices on its own; (n): number of machines within; the stress tests must "
-    "pass as well"
-)
+#: Change of the merit by rounding, or by finer time steps, from which on it needs advice.
+COARSE = 0.05
 #: Factors on the whole command that are tried at once, the largest of them, and the smallest.
 TRIED, LARGEST_TRIED = 32, 16.0
 SMALLEST_TRIED = LARGEST_TRIED ** (1.0 / TRIED - 1.0)
 NOTHING: Mapping[str, float] = MappingProxyType({})
-#: What no drive does, in whatever unit a table has it.
-RUNAWAY = 1e9
 
 
 class MotionResult(NamedTuple):
@@ -84,7 +59,7 @@ class MotionResult(NamedTuple):
     nominal: dict[str, float]
     nominal_reasons: tuple[str, ...]  # none of a nominal machine that passes
     bounds: dict[str, tuple[float, Floats]]  # constraint -> allowed, and (machines + 1,) measured
-    tolerances: dict[str, tuple[float, Floats]]  # the same of what the scenario's fitness tolerates
+    tolerances: dict[str, tuple[float, Floats]]  # the same of the targets
     everywhere: bool = True  # whether it is asked of all machines, and not of the nominal one alone
 
     def numbers(self) -> Json:
@@ -119,12 +94,12 @@ class Stressed(NamedTuple):
     holds: bool
     share: float  # of the machines that hold without it
     merit: float  # of the median machine, times that without it; 0: it fails
-    #: Where it breaks: the least size that was tried and does, as a share of the whole and in
-    #: words, and what happens then. Nothing of one that holds.
+    #: Smallest size tried at which the design fails, as a share of the whole size and in words, and
+    #: how it fails. Not used if the design withstands the stress.
     part: float = 1.0
     breaks: str = ""
     why: str = ""
-    held: str = ""  # the largest part before that which was tried, in words
+    held: str = ""  # the largest smaller size that was tried, in words
 
     def numbers(self) -> Json:
         """Return plain data."""
@@ -142,7 +117,7 @@ class Usable(NamedTuple):
     )  # factors on the command between which the nominal machine passes
     precision: float  # change of the merit from float32 to float64, as a share
     substeps: float | None  # the same to four times the substeps; None: not allowed
-    units: dict[str, str]  # of the measures
+    units: dict[str, str]  # of the metrics
     margins: LoopMargins | None  # None: the loop cannot be linearised
     repeats: Repeats  # of the merit of the nominal machine, in float64
     stress: tuple[Stressed, ...] = ()  # what was tried beside the scenario's machines
@@ -204,10 +179,10 @@ class Usable(NamedTuple):
 
     @property
     def missed(self) -> Json:
-        """Measures beyond the scenario's own tolerance: by what factor, and in which motion most.
+        """Metrics that miss the scenario's own target: by what factor, and in which motion most.
 
         They are those of the median machine, or of the nominal one in a motion that is required of
-        it alone. Measures within their tolerance are left out.
+        it alone. Metrics that meet their target are left out.
         """
         return missed({one.name: one.numbers() for one in self.motions})
 
@@ -241,6 +216,10 @@ class Usable(NamedTuple):
         outcome = f"only {passing}" if share else f"none of {count} unseen machines passes"
         return f"no: {outcome}; {counted(many, reason)} in {worst.name}"
 
+    def tables(self) -> list[Table]:
+        """Return what would give a yes (of a no), the motions, and the stress tests."""
+        return tables(self.numbers())
+
     def numbers(self) -> Json:
         """Return everything as plain data; None where there is no number."""
         low, high = self.interval
@@ -269,19 +248,24 @@ class Usable(NamedTuple):
         }
 
 
-def measured(value: float | None, factor: float, write: Callable[[float], str], none: str) -> str:
-    """Return a measure times ``factor`` as tables show it; "diverges" for an impossibly large one.
-
-    ``none`` is the text for a measure that was never finite.
-    """
-    if value is None:
-        return none
-    return "diverges" if abs(factor * value) >= RUNAWAY else write(factor * value)
-
-
 def merit_text(numbers: Json) -> str:
     """Range of the merit if it is chaotic, from ``Usable.numbers``; otherwise empty."""
     return chaos_text("merit", numbers["repeats"]) if numbers.get("chaotic") else ""
+
+
+def numerics_text(numbers: Json) -> str:
+    """What to do if rounding or time steps change the merit much; "" if neither does.
+
+    ``numbers`` are those of ``Usable.numbers``. Neither helps a chaotic design.
+    """
+    advice = {
+        "precision": "with --precision float64",
+        "substeps": "with four times simulation.substeps",
+    }
+    coarse = [text for key, text in advice.items() if (numbers[key] or 0.0) > COARSE]
+    if not coarse or numbers.get("chaotic"):
+        return ""
+    return f"the search computed the merit too coarsely: search again {' and '.join(coarse)}"
 
 
 def gain_text(gain: tuple[float, float]) -> str:
@@ -293,9 +277,9 @@ def gain_text(gain: tuple[float, float]) -> str:
 
 
 def missed(motions: Json) -> Json:
-    """Measures beyond tolerance: ``times`` the tolerance, and the ``motion`` where it is most.
+    """Metrics beyond their target: ``times`` the target, and the ``motion`` where it is most.
 
-    ``motions`` are those of ``Usable.numbers``. The measures are those of the median machine, or of
+    ``motions`` are those of ``Usable.numbers``. The metrics are those of the median machine, or of
     the nominal machine in a motion that is required of it alone.
     """
     misses: Json = {}
@@ -309,7 +293,7 @@ def missed(motions: Json) -> Json:
 
 
 def missed_text(misses: Json, motions: int = 2) -> str:
-    """The missed measures as a line, "" if there are none; a single motion is not named."""
+    """The missed metrics as a line, "" if there are none; a single motion is not named."""
     targets = [
         f"{name} {three_digits(one['times'])}" + (f" ({one['motion']})" if motions > 1 else "")
         for name, one in misses.items()
@@ -320,55 +304,10 @@ def missed_text(misses: Json, motions: int = 2) -> str:
     )
 
 
-class TextTable(NamedTuple):
-    """A table that accompanies an answer, in the terminal and on a page."""
-
-    heads: tuple[str, ...]
-    rows: list[list[str]]
-    lines: list[str]  # below it
-    about: str  # what its columns are; "" without rows
-
-
-def why_table(analysis: Json) -> TextTable:
-    """Table of ``why_not``: a row for each change."""
-    heads = ("change", "now", "for a yes", "lost by it", "pass without [%]")
-    keys = ("key", "now", "needed", "lost")
-    each = [([str(x[key] or "-") for key in keys], x["without"]) for x in analysis["changes"]]
-    rows = [[*row, f"{100 * without:.3g}"] for row, without in each]
-    return TextTable(heads, rows, analysis["lines"], WHY_ABOUT if rows else "")
-
-
-def stress_table(stresses: Sequence[Json]) -> TextTable:
-    """A row for each stress, a line for each that breaks the design, the earliest first."""
-    each = ((x, f"{x['merit'] or 0.0:.2f}" if x["holds"] else "breaks") for x in stresses)
-    rows = [[one["name"], f"{100 * one['share']:.3g}", merit] for one, merit in each]
-    failures = (
-        (failure, f"; it passes with {part}" if part else "") for failure, part in _broken(stresses)
-    )
-    lines = [f"breaks: {failure}{part}" for failure, part in failures]
-    if lines:
-        first = (x for words, x in MENDS.items() if re.search(words, lines[0].split(" it ")[0]))
-        lines.append(f"first step: {next(first)}; see docs/robustness.md")
-    return TextTable(("stress", "passes on [%]", "merit [times]"), rows, lines, STRESS_ABOUT)
-
-
-def breaking(stresses: Iterable[Json]) -> str:
-    """First stress that breaks a design as stresses grow, and how many others do; "": none."""
-    first, *more = [failure for failure, _ in _broken(stresses)] or [""]
-    others = f", and {len(more)} more stress{'es break' if len(more) > 1 else ' breaks'} it"
-    return first + (others if more else "")
-
-
-def _broken(stresses: Iterable[Json]) -> list[tuple[str, str]]:
-    """Stresses that break the design and how, and the largest part of each that it passes."""
-    each = sorted((one for one in stresses if not one["holds"]), key=lambda one: float(one["part"]))
-    return [(f"with {one['breaks']} it {one['why']}", one.get("held", "")) for one in each]
-
-
 def measured_loop(
     design: Design, scenario: Scenario, later: float | None = None
 ) -> tuple[Loop, Gains]:
-    """Loop and gains of a design, with all measures of usability (``later``: ``closed_loop``)."""
+    """Loop and gains of a design, with all metrics of usability (``later``: ``closed_loop``)."""
     controller, gains = controller_of(design, scenario)
     loop = closed_loop(scenario, controller, later)
     measures = _once(_measured(scenario))
@@ -376,16 +315,16 @@ def measured_loop(
 
 
 def _measured(scenario: Scenario) -> list[list[Constraint]]:
-    """Tolerances, constraints, what is told, and ``STABILITY``."""
+    """Targets, constraints, what is told, and ``STABILITY``."""
     bounds = list(constraints_on(scenario.constraints, scenario.units))
     free = ([Constraint(one, np.inf) for one in some] for some in (_reported(scenario), STABILITY))
     return [_tolerances(scenario), bounds, *free]
 
 
 def _once(groups: list[list[Constraint]]) -> dict[str, Metric]:
-    """Each metric once, by its name, in the order of the values: ``STABILITY`` is the end.
+    """Each metric once, by its name, in the order of the values: ``STABILITY`` comes last.
 
-    A bound on what is measured anyway needs no compiled program of its own.
+    So a bound on a metric that is measured anyway needs no compiled program of its own.
     """
     each = [one.metric for group in groups for one in group]
     return dict(reversed({one.name: one for one in reversed(each)}.items()))
@@ -401,7 +340,7 @@ def _values(scenario: Scenario, judged: Judged) -> list[dict[str, tuple[Constrai
 
 
 def units(scenario: Scenario) -> dict[str, str]:
-    """Unit in which each measure is shown."""
+    """Unit in which each metric is shown."""
     return {one.name: _unit(one, scenario) for one in _reported(scenario)}
 
 
@@ -429,7 +368,7 @@ def bounds_of(scenario: Scenario, judged: Judged) -> dict[str, tuple[Constraint,
 
 
 def _tolerances(scenario: Scenario) -> list[Constraint]:
-    """Single measures with a tolerance in the scenario's fitness; none with another fitness."""
+    """Single metrics with a target in the scenario's fitness; none with another fitness."""
     fitness = scenario.fitness.on(scenario.units)
     if not isinstance(fitness, TolerancesSettings):
         return []
@@ -437,7 +376,7 @@ def _tolerances(scenario: Scenario) -> list[Constraint]:
 
 
 def tolerated_metrics(scenario: Scenario) -> dict[str, tuple[Metric, str]]:
-    """Measures with a tolerance in the scenario's fitness, and meanings, by keys of metrics."""
+    """Metrics with a target in the scenario's fitness, and meanings, by keys of metrics."""
     metrics = {}
     for one, _ in _tolerances(scenario):
         unit = " ".join(scenario.units.signals.get(word, word) for word in one.unit.split(" "))

@@ -248,7 +248,7 @@ def next_state(
 
 
 def _in_precision(before: LoopState, after: LoopState) -> LoopState:
-    """State ``after``, at most as precise as ``before``, because arrays of an own law may be."""
+    """State ``after``, at most as precise as ``before``: arrays of a user's law may be more so."""
 
     def rounded(old: Any, new: Any) -> Any:
         kinds = getattr(old, "dtype", None), getattr(new, "dtype", None)
@@ -366,7 +366,7 @@ def axis_signals(
 
 
 def _path_view(loop: Loop, seen: tuple[State, ...], row: Samples) -> PathView | None:
-    """The path and the contour error as the control can know it: by what it measures."""
+    """The path and the contour error as the control measures it."""
     path = row.path
     if path is None:
         return None

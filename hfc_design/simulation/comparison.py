@@ -12,8 +12,8 @@ import numpy as np
 
 from hfc_design.core.numbers import SAME, Floats, Json, Mask, storable
 from hfc_design.core.records import UserError
-from hfc_design.core.reprs import line, table
 from hfc_design.core.statistics import Interval, holm, paired, share_interval
+from hfc_design.core.tables import line, table
 from hfc_design.core.validation_errors import short
 from hfc_design.core.wording import one_of
 from hfc_design.files.design import Design
@@ -115,7 +115,7 @@ class MotionComparison(NamedTuple):
     meanings: dict[str, str]  # of each metric, with its unit
 
     def compared(self) -> list[str]:
-        """Compared metrics, the most important first, including the tolerated ones."""
+        """Compared metrics, the most important first, including those with a target."""
         if self.scenario is None:  # of all motions together one metric, which is compared
             return list(self.meanings)
         tolerated = {
@@ -266,8 +266,8 @@ def compare(
     called after every chunk of machines.
 
     Raises:
-        UserError: there are fewer than two designs, one stands there twice or cannot run;
-            or a number is not allowed.
+        UserError: there are fewer than two designs, one is given twice or cannot run, or a number
+            is not allowed.
     """
     named = labelled(designs)
     if len(named) < 2:
@@ -277,7 +277,7 @@ def compare(
         robust = next((one.robust for one in loaded_scenarios if one.robust), None)
         spread, known = (robust.spread, robust.tolerances) if robust else (SPREAD, {})
         tolerances = {**known, **tolerances}
-    check_draw(spread, machines, seed, tolerances, "--machines")
+    check_draw(spread, machines, seed, tolerances, "machines")
     where: list[tuple[Scenario, bool]] = []  # motions, and whether all machines are asked
     notes: dict[str, list[str]] = {}  # of which designs each is
     others: list[str] = []

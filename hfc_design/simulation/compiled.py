@@ -122,7 +122,7 @@ def filled_up(chosen: Integers) -> Integers:
 def jacobians(
     code: Code, quantities: tuple[str, ...], inputs: Inputs, chosen: Array
 ) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
-    """Some ``quantities`` of ``Recorded`` (steps, lanes) of copies of an individual, and slopes.
+    """``quantities`` of ``Recorded`` (steps, lanes) for copies of an individual, and derivatives.
 
     Each lane has the derivatives with respect to one of the numbers in ``gains``, those in
     ``chosen``; the derivatives of a lane with -1 are 0.

@@ -3,7 +3,7 @@
 It also makes the rows of tables of several evaluations.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import starmap
 from operator import attrgetter
 from types import MappingProxyType
@@ -16,7 +16,7 @@ from hfc_design.controllers.controller import Signals, within_rate
 from hfc_design.core.arguments import check_type
 from hfc_design.core.numbers import Floats, Gains, Integers, Json, Memory, Parameters
 from hfc_design.core.records import UserError
-from hfc_design.core.reprs import line, table
+from hfc_design.core.tables import MISSING, Table, line, table
 from hfc_design.files.design import AnyDesign, Design, learned
 from hfc_design.files.loop_setup import controller_of, load_design, machine, with_converter
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
@@ -106,8 +106,8 @@ class Evaluation(NamedTuple):
     contour: Contour | None  # of an X-Y machine on a path
     substeps: int = 1  # with which it was simulated; more than the scenario's where that diverged
     divergence: Divergence | None = None  # when and why it diverged
-    #: Of a scenario of several motions the evaluation of each, by its name; what is above this is
-    #: that of the first one then, but for fitness, merit and metrics, which are of all.
+    #: Evaluation of each motion by name, if the scenario has several. Fitness, merit and metrics
+    #: above are then those of all motions, the other fields those of the first.
     motions: Mapping[str, "Evaluation"] = MappingProxyType({})
     #: "fitness" and "merit" -> those of repeats; nothing where none were simulated.
     repeats: Each = MappingProxyType({})
@@ -405,25 +405,39 @@ def _contour(scenario: Scenario, axes: tuple[AxisMotion, ...]) -> Contour | None
     return contour(path, time, positions, axes[0].drive.units["error"], length, seen)
 
 
-def score_rows(
-    judge: Judge, results: Sequence[Evaluation], form: str, none: str
-) -> list[list[str]]:
-    """Fitness, merit and metrics, a row each; a column for each evaluation.
+def score_table(scenario: Scenario, evaluations: Mapping[str, Evaluation]) -> Table:
+    """Fitness, merit and ``first_metrics`` of designs by their names, a column each, and notes."""
+    rows = score_rows(scenario.judge(), [*evaluations.values()])
+    first = first_metrics(scenario, next(iter(evaluations.values())))
+    shown = [row for key, row in rows.items() if key in first]
+    return Table("", ["metric", *evaluations], shown, lines=notes(scenario, evaluations))
 
-    ``form`` formats a metric, ``none`` stands for a missing value. The settling time of a loop
-    whose error keeps coming back is shown as never.
+
+def first_metrics(scenario: Scenario, evaluation: Evaluation) -> Collection[str]:
+    """Titles of the scores and metrics that say most: all, or of several motions the errors."""
+    errors = (
+        f"{name.replace('-', '_')}_{next(iter(one.metrics))}"
+        for name, one in evaluation.motions.items()
+    )
+    metrics = errors if evaluation.motions else evaluation.metrics
+    return [*scenario.judge().titles.values(), *metrics]
+
+
+def score_rows(judge: Judge, results: Sequence[Evaluation]) -> dict[str, list[str]]:
+    """Rows of fitness, merit and metrics by their titles and keys, a cell for each evaluation.
+
+    The settling time of a loop whose error keeps coming back is shown as never.
     """
-    rows = [[title, *(_score(x, key) for x in results)] for key, title in judge.titles.items()]
-    for key in results[0].metrics:
-        rows.append([key, *(_metric(item, key, form, none) for item in results)])
-    return rows
+    scores = {title: [_score(x, key) for x in results] for key, title in judge.titles.items()}
+    metrics = {key: [_metric(x, key) for x in results] for key in results[0].metrics}
+    return {name: [name, *cells] for name, cells in (scores | metrics).items()}
 
 
-def _metric(evaluation: Evaluation, key: str, form: str, none: str) -> str:
+def _metric(evaluation: Evaluation, key: str) -> str:
     value = evaluation.metrics[key]
     if value is not None:
-        return f"{value:{form}}"
-    return "never" if key.endswith("settling_time_s") and not evaluation.diverged else none
+        return f"{value:.5g}"
+    return "never" if key.endswith("settling_time_s") and not evaluation.diverged else MISSING
 
 
 def _score(evaluation: Evaluation, key: str) -> str:
@@ -432,17 +446,6 @@ def _score(evaluation: Evaluation, key: str) -> str:
         return "diverged"
     many = evaluation.ranges.get(key)
     return range_text(many) if many else f"{getattr(evaluation, key):.4f}"
-
-
-def motion_rows(results: Sequence[Evaluation], form: str, none: str) -> list[list[str]]:
-    """First metric, the error, of several motions, a row each; a column for each evaluation."""
-    rows = []
-    for name, one in results[0].motions.items():
-        key = next(iter(one.metrics))
-        values = [item.motions[name].metrics[key] for item in results]
-        cells = [none if value is None else f"{value:{form}}" for value in values]
-        rows.append([f"{name} {key}", *cells])
-    return rows
 
 
 def notes(scenario: Scenario, rows: Mapping[str, Evaluation]) -> list[str]:

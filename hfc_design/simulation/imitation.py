@@ -51,7 +51,7 @@ def taught(
             f"scenario {scenario.name}: sensors: must be left out, as sensor readings are not "
             "recorded"
         )
-    numbers = dict(network) if isinstance(network, dict) else set_keys(network, "--network")
+    numbers = dict(network) if isinstance(network, dict) else set_keys(network, "network")
     evaluation = evaluate(teacher, scenario)
     if evaluation.diverged:
         raise UserError(

@@ -149,9 +149,9 @@ class _Machines:
         self.size = self.begun(1.0).shape[1] - speeds.shape[1]
 
     def begun(self, factor: float) -> Floats:
-        """(lanes, states + axes) with nothing remembered, where all has the speeds times a factor.
+        """(lanes, states + axes) at the first sample, with all speeds multiplied by a factor.
 
-        And about the commands that these take.
+        The last ones are about the commands that these speeds need.
         """
         speeds, pushes = factor * self.speeds, self._pushes * self.speeds * (factor == 1.0)
         drives, states = self._loop.machine.drives, []
@@ -249,7 +249,7 @@ def _heard(slopes: Floats) -> Mask:
 
 
 def _without_steps(loop: Loop) -> Loop:
-    """``Loop.smooth``, and what the drives themselves count and convert is as fine."""
+    """``Loop.smooth``, also without the steps of encoders and converters inside the drives."""
     smooth = loop.smooth
     limits = (None,) * len(loop.limits)
     return smooth._replace(machine=_fine(smooth.machine), limits=limits)
@@ -340,7 +340,7 @@ def controlled(
     count = size + len(signals_of)
 
     def at(x: Floats) -> tuple[Floats, Floats, Floats]:
-        """What is left to solve for memories and errors ``x``, its derivatives, all slopes."""
+        """Residuals of the equations for memories and errors ``x``, derivatives, all slopes."""
         signals = near.signals + (near.off @ x[:, size:, None])[..., 0]
         whole = np.concatenate([x[:, memory], signals], axis=1).T
         given = [
@@ -400,7 +400,7 @@ def _by_newton(
 
 
 def _living(memory: Memory) -> dict[Any, Any]:
-    """The numbers of a memory that are not learnt, by where they are."""
+    """The numbers of a memory that are not learned, by where they are."""
     return {
         path: number
         for path, number in jax.tree_util.tree_flatten_with_path(memory)[0]

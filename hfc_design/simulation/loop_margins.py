@@ -76,7 +76,8 @@ def operating_points(scenario: Scenario) -> list[Point]:
         for where, k in places.items():
             still = where == "at rest" or sizes[k] <= STANDS * sizes.max()
             speeds = tuple(float(f"{0.0 if still else x:.6g}") for x in rates[:, k])
-            speed = f"{name} {where}" if len(speeds) > 1 else f"{abs(speeds[0]):g}"
+            one = f"{abs(speeds[0]):g} {motion.units.signals['error_rate']}"
+            speed = f"{name} {where}" if len(speeds) > 1 else one
             row = _steady_row(motion, samples, k, speeds)
             points.setdefault(speeds, Point(speed if any(speeds) else "at rest", row, speeds))
     return sorted(points.values(), key=lambda one: np.linalg.norm(one.speeds))
@@ -280,7 +281,7 @@ class AskedMargins:
         )
 
     def _of_points(self, every: Any) -> Any:
-        """(individuals x points) of what is of all machines, those that rub behind the points."""
+        """(individuals x points) of the leaves for all machines, without the machines that rub."""
         lanes = np.arange(len(jax.tree.leaves(every)[0])) % len(self._machines.exists)
         return jax.tree.map(lambda leaf: leaf[lanes < len(self._answers)], every)
 
@@ -386,7 +387,7 @@ def _peaks(sizes: Floats) -> Floats:
 
 
 def _responses(controllers: Controllers, answers: Floats, angles: Floats) -> Floats:
-    """(lanes, frequencies, axes, axes) from commands through the machine to what is commanded."""
+    """(lanes, frequencies, axes, axes) from commands through the machine to new commands."""
     z, unit = np.exp(1j * angles)[:, None, None], np.eye(controllers.a.shape[-1])
     output_matrix = controllers.c.swapaxes(1, 2)[:, None].astype(complex)
     inner = np.linalg.solve(

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from hfc_design.core.numbers import Floats, Integers, Parameters
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, either, option
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.robust import AROUND, friction_of, unknown_parameter
 from hfc_design.simulation.population import Machines
@@ -22,8 +22,6 @@ from plants import Drive
 
 #: A spread is refused if it needs more than this many draws a machine.
 MAX_DRAWS = 100
-#: The option by which a user tells the spread.
-KEY = "--spread"
 NONE: Mapping[str, float] = MappingProxyType({})
 
 
@@ -34,14 +32,14 @@ def drawn(
     seed: int,
     tolerances: Mapping[str, float] = NONE,
     even: bool = False,
-    key: str = KEY,
+    key: str | None = None,
 ) -> tuple[Machines, int]:
     """Draw ``samples`` machines beside the nominal one; also return how many draws were impossible.
 
     ``tolerances`` are the spreads of single parameters. With ``even`` the draw is a Latin
     hypercube: each of ``samples`` parts of every parameter's range is used once, except for
     machines that had to be drawn again. Otherwise the first machines of a seed are the same for
-    every number of samples. ``key`` names the user's spread in messages.
+    every number of samples. ``key`` is that of a spread from a file.
 
     Raises:
         UserError: nearly no draw gives a possible machine, or a parameter is unknown.
@@ -49,7 +47,8 @@ def drawn(
     drives, nominal = settings.machine.drives, settings.values()
     names = [name for parameters in nominal for name in parameters._fields]
     if message := unknown_parameter(settings, tolerances):
-        raise UserError(f"{'--tolerance ' if key == KEY else 'robust.tolerances.'}{message}")
+        place = "robust.tolerances." if key else either("--tolerance ", "tolerances: ")
+        raise UserError(place + message)
     exact = [name in drive.exact for drive in drives for name in drive.parameters._fields]
     width = np.where(exact, 0.0, [tolerances.get(name, spread) for name in names])
     groups = _groups(drives, tolerances)
@@ -78,7 +77,7 @@ def drawn(
             continue
         refused += 1
         if refused > MAX_DRAWS * samples:
-            message = f"{key}{' = ' if '.' in key else ' '}{spread:g}"
+            message = f"{key} = {spread:g}" if key else option("spread", spread)
             raise UserError(
                 f"{message}: only {len(accepted) - 1} of {refused + len(accepted) - 1} "
                 f"draws gave a possible {settings.machine.name}; reduce the spread"
@@ -93,7 +92,7 @@ def drawn(
 
 
 def _around(name: str, most: float, shape: tuple[int, int], seed: list[int]) -> Floats:
-    """(axes, machines) of what differs around every drive, of the nominal machine nothing."""
+    """(axes, machines) values of an effect around every drive; the nominal machine has none."""
     place = np.random.default_rng(seed).uniform(0.0 if name == "backlash" else -1.0, 1.0, shape)
     place[:, 0] = 0.0
     return most * place + (name == "noise")
@@ -102,7 +101,7 @@ def _around(name: str, most: float, shape: tuple[int, int], seed: list[int]) -> 
 def _groups(
     drives: Sequence[Drive], tolerances: Mapping[str, float]
 ) -> list[tuple[Integers, float]]:
-    """Parameters of friction, by their places, which change together, and by what share."""
+    """Groups of friction parameters that change together: their places and their tolerance."""
     groups, begin = [], 0
     for drive in drives:
         places = {name: begin + k for k, name in enumerate(drive.parameters._fields)}

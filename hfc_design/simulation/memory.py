@@ -11,11 +11,13 @@ import jax
 import numpy as np
 
 from hfc_design.controllers.genome import Genome
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, either
 from hfc_design.files.scenario import Scenario
 
 #: Variable of the environment, so that workers have it too: what a run may hold, as in 8GB.
 VARIABLE = "HFC_MEMORY"
+#: What sets it; a script has no option for it.
+LIMIT = either("--memory or ", "") + VARIABLE
 #: Without it a run may hold this share of what the machine has free, and this much anyway.
 SHARE, ANYWAY = 0.8, 1e9
 #: Bytes of the program and what it compiles, of compiling a substep, and of each load and number
@@ -25,8 +27,9 @@ PROGRAM, SUBSTEP, LOAD, NUMBER = 0.32e9, 1.8e6, 48, 26
 DERIVATIVE, MACHINE, COPIES = 27, 8_000, 9
 #: What ``--memory`` may say behind its number.
 UNITS = {"K": 1e3, "M": 1e6, "G": 1e9, "T": 1e12, "": 1.0}
-#: By the controller that /proc/self/cgroup names, "" in version 2: files of a group's bound and of
-#: what it uses [bytes], and the key of that part of it which caches files and can be dropped.
+#: By the controller that /proc/self/cgroup names ("" in version 2): files with the limit of a group
+#: and the memory that it uses [bytes], and the key of the part of it that is file cache, which the
+#: system can free.
 CONTROL_GROUPS = {
     "": ("memory.max", "memory.current", "inactive_file"),
     "memory": ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"),
@@ -60,20 +63,21 @@ def of_search(scenario: Scenario, genome: Genome) -> Parts:
 
 
 def check(what: str, parts: Parts, at_once: int = 1) -> None:
-    """Refuse a computation that needs more memory than allowed, with ``at_once`` of it together.
+    """Refuse a computation of which ``at_once`` together need more memory than allowed.
 
     Raises:
-        UserError: it does, or the bound is not a size.
+        UserError: they need more, or the limit is not a size.
     """
     needed, most = at_once * (PROGRAM + sum(parts.values())), max(parts, key=parts.__getitem__)
     if setting := os.environ.get(VARIABLE):
-        allowed, source = size(setting), f"--memory or {VARIABLE}: {setting}"
+        allowed, source = size(setting), f"{LIMIT}: {setting}"
     else:
         allowed, source = max(SHARE * free(), ANYWAY), f"{SHARE:.0%} of the free memory"
     if needed > allowed:
         raise UserError(
             f"{what}: needs about {needed / 1e9:.3g} GB of memory, most by {most}; the "
-            f"limit is {allowed / 1e9:.3g} GB ({source}); change these, or raise --memory"
+            f"limit is {allowed / 1e9:.3g} GB ({source}); change these, or raise "
+            + either("--memory", VARIABLE)
         )
 
 
@@ -85,7 +89,7 @@ def size(text: str) -> float:
     """
     match = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?) ?([KMGT]?)i?B?", text.strip(), re.I | re.A)
     if not match or not float(match[1]):
-        raise UserError(f"--memory or {VARIABLE} {text[:60]}: must be a size, as in 8GB")
+        raise UserError(f"{LIMIT} {text[:60]}: must be a size, as in 8GB")
     return float(match[1]) * UNITS[match[2].upper()]
 
 

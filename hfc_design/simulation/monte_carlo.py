@@ -9,9 +9,10 @@ import numpy as np
 
 from hfc_design.core.arguments import check_share, check_type, check_whole
 from hfc_design.core.numbers import SAME, Floats, Integers, Json, Mask, storable
-from hfc_design.core.records import UserError
-from hfc_design.core.reprs import line, table
+from hfc_design.core.records import UserError, option
 from hfc_design.core.statistics import Interval, share_interval
+from hfc_design.core.tables import MISSING, Table, line, table
+from hfc_design.core.wording import three_digits
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.loop_setup import controller_of, load_design, machine, with_converter
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
@@ -24,18 +25,25 @@ from hfc_design.simulation.divergence import refined
 from hfc_design.simulation.evaluating import Evaluation, evaluate, evaluations, meanings
 from hfc_design.simulation.machines import NONE, drawn
 from hfc_design.simulation.population import Machines
-from hfc_design.simulation.stability_criteria import STABILITY, instabilities, measuring
+from hfc_design.simulation.repeats import chaos_text
+from hfc_design.simulation.stability_criteria import (
+    STABILITY,
+    instabilities,
+    measuring,
+    reasons_text,
+)
 
 Progress = Callable[[int, int], None]
 
 #: Machines that are simulated together, at most; more of them are no faster.
 CHUNK = 64
-#: The same where some are simulated again: always so many, so that one compiled program does for
-#: every number of them and every design of a kind.
+#: Machines that are simulated together if some are repeated: a fixed number, so that one compiled
+#: program serves any number of repeats and every design of a kind.
 FEW = 16
 #: Samples of an axis that are kept at once, all machines together: about 80 MB.
 KEPT = 1_000_000
 MAX_SAMPLES = 1_000_000
+REFUSED = "{} draws were replaced, as their parameters are impossible together"
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
@@ -91,6 +99,25 @@ class Robustness(NamedTuple):
         values = self.spread_of(key)
         return np.quantile(values, QUANTILES).tolist() if len(values) else [np.nan] * len(QUANTILES)
 
+    def tables(self) -> list[Table]:
+        """Return quantiles of each metric over the machines as a table."""
+        head, rows = ("metric", "nominal", *(f"{100 * x:g} %" for x in QUANTILES), "count"), []
+        for key, values in self.numbers()["metrics"].items():
+            cells = [MISSING if x is None else three_digits(x) for x in values.values()]
+            rows.append([key, *(["chaotic", *cells[1:]] if key in self.ranges else cells)])
+        share, also = 100 * self.stable.mean(), "too" if self.nominal_stable else "is not"
+        merit = f"; merit is {self.meanings['merit']}" if "merit" in self.meanings else ""
+        chaotic = {key: some for key, some in self.ranges.items() if key in self.nominal}
+        lines = [
+            f"{share:.4g} % of {len(self.stable)} machines are stable, the nominal one {also}",
+            *[f"of the others {reasons_text(self.reasons)}"] * bool(self.reasons),
+            f"quantiles of the stable ones that have the metric{merit}",
+            *[REFUSED.format(self.refused_draws)] * bool(self.refused_draws),
+            f"simulated again with shorter steps: {self.refined}",
+            *(f"nominal {chaos_text(key, some)}" for key, some in chaotic.items()),
+        ]
+        return [Table(f"Parameters within ±{100 * self.spread:g} %.", head, rows, lines=lines)]
+
     def numbers(self) -> dict[str, Any]:
         """Return everything but the samples as plain data; None where there is no number."""
         metrics = {}
@@ -143,7 +170,7 @@ def robustness(
         )
         raise UserError(f"{message}, scenario.motion({scenario.motions[0].name!r})")
     check_draw(spread, samples, seed, tolerances)
-    drawing = {"--samples": memory.MACHINE * samples}
+    drawing = {option("samples"): memory.MACHINE * samples}
     memory.check(scenario.name, memory.of_motion(scenario) | drawing)
     machines, refused = drawn(machine(design, scenario), spread, samples, seed, tolerances)
     _check_steps(scenario, machines)
@@ -187,9 +214,9 @@ def robustness(
 def _columns(
     scenario: Scenario, evaluations: Sequence[Evaluation], measured: Floats
 ) -> tuple[dict[str, Floats], dict[str, str]]:
-    """Scores, metrics and what is tolerated, (machines,) each, and their meanings by the same keys.
+    """Scores, metrics and targets, (machines,) each, and their meanings by the same keys.
 
-    ``measured`` (machines, values) is what was, nan where a motion diverged.
+    ``measured`` (machines, values) are the metrics with targets, nan where a motion diverged.
     """
     judge = scenario.judge()
     scores = [one.score(judge) for one in evaluations]
@@ -206,9 +233,9 @@ def _columns(
 def _motions(
     design: Design, scenario: Scenario, machines: Machines, progress: Progress, at_once: int
 ) -> Iterator[tuple[Evaluation, Judged]]:
-    """Evaluation of every machine in turn, without the motion, and what ``instabilities`` needs.
+    """Evaluation of every machine in turn, and the results that ``instabilities`` needs.
 
-    At most ``at_once`` step together. The first one has its motion still.
+    At most ``at_once`` machines are simulated together. Only the first one keeps its motion.
     """
     controller, gains = controller_of(design, scenario)
     loop, samples, count = closed_loop(scenario, controller), scenario.samples(), machines.size
@@ -239,15 +266,15 @@ def check_draw(
     samples: int,
     seed: int,
     tolerances: Mapping[str, float] = NONE,
-    option: str = "--samples",
+    number: str = "samples",
 ) -> None:
-    """Check that machines can be drawn, else UserError; ``option`` names the number of machines."""
-    check_share("--spread", spread)
+    """Check that machines can be drawn, else UserError; ``number`` names that of machines."""
+    check_share("spread", spread)
     check_type(tolerances, Mapping, "a mapping of parameters to tolerances")
     for name, tolerance in tolerances.items():
-        check_share(f"--tolerance {name}=", tolerance)
-    check_whole(option, samples, 1, MAX_SAMPLES)
-    check_whole("--seed", seed, 0)
+        check_share("tolerance", tolerance, argument="tolerances", key=name)
+    check_whole(number, samples, 1, MAX_SAMPLES)
+    check_whole("seed", seed, 0)
 
 
 def _check_steps(scenario: Scenario, machines: Machines) -> None:

@@ -62,11 +62,10 @@ class Machines(NamedTuple):
 def standing(
     machines: Machines, scenario: Scenario, loop: Loop, more: Mapping[str, Any] = NOTHING
 ) -> Machines:
-    """The machines with the elements around their drives.
+    """The machines with the effects around their drives, see ``plants.around``.
 
-    These are those of ``scenario``, then those by which ``machines`` differ, and then ``more``:
-    fields of ``Around``, one number or one for each axis. They are added up, except for factors and
-    modes.
+    The effects of ``scenario``, the deviations of ``machines`` and ``more`` (fields of ``Around``,
+    one number or one for each axis) are added up, except for factors and modes.
     """
     if not loop.around:
         return machines
@@ -152,7 +151,8 @@ def scores_needed(
     ``needed`` (individuals,) is stopped: its merit is the best that it could still have reached,
     and its values mean nothing.
 
-    ``at_once`` are simulated together, or all: then populations of other sizes share a program.
+    ``at_once`` individuals are simulated together (0: all), so that populations of any size share
+    a program.
     """
     count = trailing(gains)
     bounds = early_stopping.bounds(len(samples.time))

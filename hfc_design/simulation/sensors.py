@@ -14,8 +14,8 @@ from hfc_design.files.machine import SensorSettings
 from hfc_design.motion.samples import AxisSamples
 from plants import Drive
 
-#: What an axis' encoders read before, or its observers made of that, the newest first, by the name
-#: of their angles; and the rates of its observers.
+#: Earlier readings of the encoders of an axis, or the estimates of its observers, the newest first,
+#: by the names of the angles; and the rates of its observers.
 Angles = dict[str, tuple[Scalar, ...]]
 Rates = dict[str, Scalar]
 
@@ -115,7 +115,7 @@ def measured(
     row: AxisSamples,
     sample_time: Scalar,
 ) -> tuple[State, Angles, Rates]:
-    """State as the controller sees it; angles and rates that are ``before`` of the next sample.
+    """State as the controller sees it, and the angles and rates for ``before`` in the next sample.
 
     The position is always the reading. The velocity of an observer is that of its own estimate,
     which moves with this velocity and is corrected by its difference from the reading.

@@ -41,8 +41,8 @@ class Inputs(NamedTuple):
     bounds: Integers | None = (
         None  # (motions, 2) columns of each motion; None: all, of the only one
     )
-    #: (individuals,) merit that each needs: of the only motion, where one machine is everybody's.
-    #: Then ``bounds`` are those of its segments, (segments + 1,).
+    #: (individuals,) merit that each needs; only for one motion of one machine. ``bounds`` are then
+    #: those of the motion's segments, (segments + 1,).
     needed: Individuals | None = None
 
     def cast(self, dtype: DTypeLike) -> "Inputs":

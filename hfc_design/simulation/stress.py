@@ -146,7 +146,7 @@ def among(machines: Machines, scenario: Scenario, loop: Loop) -> tuple[Machines,
 
 
 def _enough(scenario: Scenario, passing: Mask) -> bool:
-    """Whether the nominal machine holds, the first, and so many of the others."""
+    """Whether the nominal machine, the first, stays stable, and enough of the others."""
     return bool(not len(passing) or (passing[0] and _share(passing) >= scenario.stress.share))
 
 

@@ -64,9 +64,9 @@ def usable(
         robust = robust.model_copy(update={"spread": spread, "tolerances": {}})
     seed = scenario.run.seed + BEYOND if seed is None else seed
     count = robust.unseen if machines is None else machines
-    check_draw(robust.spread, count, seed, option="--machines")
+    check_draw(robust.spread, count, seed, number="machines")
     parts = (robust.spread, count, seed, robust.tolerances)
-    key = "robust.spread" if spread is None else "--spread"
+    key = "robust.spread" if spread is None else None
     some, _ = drawn(machine(design, scenario), *parts, key=key)
     under = scenario.robust is not None or "stress" in scenario.model_fields_set
     setup = _InUse.of(design, scenario, scenario.stress.delay_samples if under else None)
@@ -106,10 +106,10 @@ def merit(scenario: Scenario, merits: ArrayLike) -> float:
 
 
 class _InUse(NamedTuple):
-    """A loop of which is measured what tells whether it can be used, in the scenario's motions."""
+    """A loop in the motions of a scenario, with the measurements that show whether it is usable."""
 
     scenario: Scenario
-    later: float | None  # room for a command that comes later by that; None: no stress
+    later: float | None  # additional delay that the loop has room for; None: no stress
     loop: Loop
     gains: Gains
     samples: list[Samples]

@@ -1,6 +1,6 @@
-"""Changes that would give the answer yes, one at a time, from the measures of unseen machines.
+"""Changes that would give the answer yes, one at a time, from the metrics of unseen machines.
 
-The effect of looser constraints is known from the measures of the machines, that of a smaller
+The effect of looser constraints is known from the metrics of the machines, that of a smaller
 tolerance of one parameter from the machines that were drawn within it. For a smaller spread of all
 parameters they are simulated again, nearer to the nominal one.
 """
@@ -218,7 +218,7 @@ def deviations(machines: Machines) -> dict[str, Floats]:
 
 
 def _apart(values: Floats, bad: Mask) -> Floats:
-    """(rows,) how much larger those of machines that fail are, -1 to 1; 0 where chance explains it.
+    """(rows,) effect size, -1 to 1: above 0 if ``bad`` machines have larger values, 0 if by chance.
 
     By ranks (Mann & Whitney 1947), corrected for the number of rows.
     """

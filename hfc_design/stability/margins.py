@@ -8,16 +8,23 @@ from scipy.linalg import matrix_balance
 
 from hfc_design.core.numbers import Floats, Mask
 
-#: Requirement of a scenario on its loops -> the number of ``report``, whether a larger value is
-#: worse, and the range of its limit.
+#: Key in ``[constraints]`` -> the number of ``report`` that it limits, whether a larger value is
+#: worse, and the allowed range of the limit.
 ASKED = {
     "sensitivity": ("sensitivity", True, (1.0, 100.0)),
     "gain_margin": ("gain_up", False, (1.0, 1e6)),
     "phase_margin_deg": ("phase_deg", False, (0.0, 180.0)),
     "delay_margin_samples": ("delay_samples", False, (0.0, 1e4)),
 }
-#: Largest singular value of ``a - 1`` that counts as 0, of an integrator. The poles do not show it:
-#: those of two or three in a row are found at 1 +- 1e-8 or 1e-5, by rounding.
+#: Unit and meaning of each.
+MEANT = {
+    "sensitivity": ("1", "largest sensitivity Ms of the linearised loop, |1 / (1 + L)|"),
+    "gain_margin": ("1", "smallest factor upwards on the gain that the linearised loop tolerates"),
+    "phase_margin_deg": ("deg", "smallest lag that the linearised loop tolerates"),
+    "delay_margin_samples": ("samples", "smallest additional delay that it tolerates"),
+}
+#: Largest singular value of ``a - 1`` that counts as 0 and so shows an integrator. The poles do not
+#: show it: by rounding, two or three integrators in series have theirs at 1 +- 1e-8 or 1e-5.
 INTEGRATES = 1e-9
 #: Gain margin beyond which, in either direction, the response is 0 or infinite but for rounding.
 NO_MARGIN = 1e5

@@ -53,8 +53,8 @@ RANK = 1e-9
 CLOSE = 1.0 + 1e-9
 #: Places along the way, as shares of it.
 SHARES = (np.arange(1024) + 0.5) / 1024 - 0.5
-#: Ways that are tried [of the position]: one of them contains many waves, each with many places.
-#: They are no round numbers, which a wave could share with the places.
+#: Lengths of travel that are tried [of the position]: one of them contains many waves of a periodic
+#: force, each with many places. The lengths are not round, since a wavelength may be.
 WAYS = 1.618 * 10.0 ** np.arange(-6.0, 6.5, 0.5)
 #: Largest remaining share of a force's slope for which its mean along a way counts as 0.
 LEFT = 1e-3
@@ -92,8 +92,8 @@ class Steady(NamedTuple):
 class Slides:
     """Drive with differentiated steps, averaged over a ``way``; JAX must have float64.
 
-    ``along`` (states,) is what a unit of way moves. Without it, it is found in the mean over a way
-    that moves all encoders alike, which leaves linear parts as they are.
+    ``along`` (states,) is the change of the states over a unit of travel. By default it is found in
+    the mean over a travel of all encoders, which does not change linear parts.
     """
 
     def __init__(
@@ -142,9 +142,9 @@ class Slides:
         return units * along / (units @ self.seen), float(off)
 
     def left(self, dt: float) -> tuple[float, Floats]:
-        """Return the share of a unit of way's effect left in the mean, and what the way moves.
+        """Return the share of the effect of travel left in the mean, and the states that it moves.
 
-        The share is inf if way has no effect on any step, or if there is no step from some place.
+        The share is inf if travel has no effect on any step, or if a step from some place fails.
         """
         mean, slopes = self._taken(np.zeros(len(self.seen)), 0.0, dt, self._shifts)
         if not np.isfinite(slopes).all():
@@ -197,9 +197,9 @@ class Slides:
     def slowest(self, dt: float) -> Motion | None:
         """Return the motion of the lowest speed above which the command's growing part is larger.
 
-        The growing part is ``v du/dv``, compared with ``u - v du/dv``, of the command u of steady
-        motion with the speed v. Without Coulomb friction it is the lowest speed of all, without
-        viscous friction the highest.
+        For the command u of steady motion at the speed v, the growing part is ``v du/dv``, the
+        other part ``u - v du/dv``. Without Coulomb friction the motion is that of the lowest speed
+        of all, without viscous friction that of the highest.
         """
         candidate, low = None, None
         for speed in SPEEDS.tolist():

@@ -3,14 +3,13 @@
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import cycle
 from math import ceil, inf
-from textwrap import fill
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from hfc_design.core.numbers import Floats, Json, Parameters, storable
-from hfc_design.core.records import UserError
-from hfc_design.core.reprs import line, table
+from hfc_design.core.records import UserError, option
+from hfc_design.core.tables import MISSING, Table, line, table
 from hfc_design.stability.margins import ASKED, Margins, OpenLoop
 
 if TYPE_CHECKING:
@@ -23,25 +22,32 @@ if TYPE_CHECKING:
 BAND = (0.05, 0.95)
 #: Columns of a table: title, number, unit in the title.
 COLUMNS = {
-    "gain_down": "gain\ndown",
-    "gain_up": "gain\nup",
-    "phase_deg": "phase\n[deg]",
-    "delay_samples": "delay\n[samples]",
-    "sensitivity": "\nMs",
-    "sensitivity_hz": "at\n[Hz]",
-    "disk": "\ndisk",
-    "crossover_hz": "crossover\n[Hz]",
-    "bandwidth_hz": "band\n[Hz]",
-    "compliance": "compliance\n[{}]",
+    "gain_down": "gain down",
+    "gain_up": "gain up",
+    "phase_deg": "phase [deg]",
+    "delay_samples": "delay [samples]",
+    "sensitivity": "Ms [1]",
+    "sensitivity_hz": "at [Hz]",
+    "disk": "disk [1]",
+    "crossover_hz": "crossover [Hz]",
+    "bandwidth_hz": "band [Hz]",
+    "compliance": "compliance [{}]",
 }
 ABOUT = (
     "Each loop of the simulation opened at its command, linearised in steady motion at a "
     "speed: with its sensors, observer, delay and friction, without converter steps and "
     "limits. Gain: factors up to which it is stable; phase, delay: additional lag that "
-    "it tolerates; Ms: largest |1 / (1 + L)|; disk: of gain and phase together; band: of "
-    "the closed loop, -3 dB; compliance: largest |position / load|; -: no such change "
-    "makes it oscillate"
+    "it tolerates; Ms: largest sensitivity |1 / (1 + L)|; disk: of gain and phase "
+    "together; band: of the closed loop, -3 dB; compliance: largest |position / load|; "
+    "–: no such change makes it oscillate"
 )
+#: Each of ``ASKED`` in words, with its number in its unit.
+SAID = {
+    "sensitivity": "largest sensitivity Ms {}",
+    "gain_margin": "gain margin {}",
+    "phase_margin_deg": "phase margin {} deg",
+    "delay_margin_samples": "delay margin {} samples",
+}
 BANDS = "below: between 5 and 95 % of {} other machines"
 #: Shares of the largest K_1 at which K_2 bounds are listed.
 SHARES = (0.1, 0.3, 0.5, 0.7, 0.9)
@@ -135,7 +141,7 @@ class LoopMargins(NamedTuple):
             if value is None and (not more or not where):
                 continue
             if value is None or (value > limit if more else value < limit):
-                actual = f"{name} {value:.3g}" if value else "the loop is unstable"
+                actual = SAID[name].format(f"{value:.3g}") if value else "the loop is unstable"
                 at = where if where == "at rest" else f"at {where}"
                 violations[name] = (
                     value,
@@ -186,42 +192,28 @@ class LoopMargins(NamedTuple):
                 axis.set_minor_formatter(NullFormatter())
         return figure
 
-    def show(self) -> None:
-        """Print the margins, a row for each operating point."""
-        from hfc_design.core.console import plain_table, room, show_whole  # which imports rich
-
-        heads, rows = self.cells()
-        shown = plain_table(caption=self.about, caption_justify="left")
-        for k, head in enumerate(heads):
-            shown.add_column(head, justify="right" if k else "left", no_wrap=True)
-        for row in rows:
-            shown.add_row(*row)
-        show_whole(shown)
-        for one in self.rows:
-            if one.why:
-                print(fill(f"{one.name}: {one.why}", room()))
-
     @property
     def about(self) -> str:
         """Description of the machines that the margins are for."""
         band = f"; {BANDS.format(self.machines)}" if self.machines else ""
         return f"On the plant {self.plant}. {ABOUT}{band}"
 
-    def cells(self) -> tuple[list[str], list[list[str]]]:
-        """Return heads and rows of a table: nominal machine above the band of others."""
-        heads = ["at", "stable", *(head.format(self.units) for head in COLUMNS.values())]
+    def tables(self) -> list[Table]:
+        """Return a table of the operating points: the nominal machine above the band of others."""
+        head = ["at", "stable", *(title.format(self.units) for title in COLUMNS.values())]
         rows = []
         for one in self.rows:
             if one.why:
-                rows.append([one.name, *["-"] * (len(heads) - 1)])
+                rows.append([one.name, *[MISSING] * (len(head) - 1)])
                 continue
             stable = bool(one.numbers["stable"])
-            nominal = [_cell(one.numbers[key]) if stable else "-" for key in COLUMNS]
+            nominal = [_cell(one.numbers[key]) if stable else MISSING for key in COLUMNS]
             ends = [one.band.get(key) for key in COLUMNS]
             bands = ["" if end is None else "\n" + "..".join(map(_cell, end)) for end in ends]
             cells = [text + band for text, band in zip(nominal, bands, strict=True)]
             rows.append([one.name, "yes" if stable else "no", *cells])
-        return heads, rows
+        lines = [f"{one.name}: {one.why}" for one in self.rows if one.why]
+        return [Table(self.about, head, rows, lines=lines)]
 
 
 def numbers(margins: Margins, every: float, compliance: tuple[float, float]) -> Json:
@@ -269,7 +261,7 @@ def _value(row: At, key: str, more: bool) -> float:
 
 
 def _cell(value: float | bool | None) -> str:
-    return "-" if value is None else f"{value:.3g}"
+    return MISSING if value is None else f"{value:.3g}"
 
 
 def lag(response: Floats) -> Floats:
@@ -320,20 +312,11 @@ class StableGains(NamedTuple):
         """Draw the bound of K_2 against K_1 (JK04 fig. 4)."""
         return stability_figure(self.range, self.points)
 
-    def show(self) -> None:
-        """Print the numbers as a table."""
-        from rich.table import Table
-
-        from hfc_design.core.console import show_whole
-
-        shown = Table(caption=f"gains in unit/BLU; {WITHOUT}", caption_justify="left")
-        shown.add_column("stable range, JK04 section 3", no_wrap=True)
-        shown.add_column("value", justify="right")
-        for name, value in rows(self).items():
-            shown.add_row(name, value)
-        show_whole(shown)
-        if self.loop:
-            self.loop.show()
+    def tables(self) -> list[Table]:
+        """Return the numbers as a table, and those of the loop."""
+        head = ("stable range, JK04 section 3", "value")
+        loops = self.loop.tables() if self.loop else []
+        return [Table(f"Gains in unit/BLU; {WITHOUT}.", head, [*rows(self).items()]), *loops]
 
 
 def drive_of(
@@ -354,7 +337,8 @@ def drive_of(
     nominal = dict(zip(("gain", "time_constant"), max(linear), strict=True)) if linear else {}
     arguments = {"sample_time": every, **nominal, **given}
     if not {"gain", "time_constant"} <= arguments.keys():
-        raise UserError(f"{description}, not a feed drive: give --gain and --time-constant")
+        options = f"{option('gain', ...)} and {option('time_constant', ...)}"
+        raise UserError(f"{description}, not a feed drive: give {options}")
     return arguments
 
 

@@ -164,14 +164,14 @@ def _quotient(level: float, x: float, ends: tuple[float, float]) -> float:
 def _checked(
     error_terms: Triangles, change_terms: Triangles, singletons: RuleTable
 ) -> tuple[Floats, Triangles, Triangles]:
-    """Check inputs as no record does; return table, and terms with edges rounded to ``DIGITS``."""
+    """Check inputs without a record; return table, and terms with edges rounded to ``DIGITS``."""
     table = np.array(singletons, dtype=np.float64)
     wrong = np.argwhere(~(np.abs(table) <= LARGEST))
     if len(wrong):
         row, column = wrong[0]
         raise UserError(
             f"singleton of row {row + 1}, column {column + 1} = {table[row, column]}: "
-            f"must be within {-LARGEST:g} and {LARGEST:g}"
+            f"must be between {-LARGEST:g} and {LARGEST:g}"
         )
     inputs = {"error": error_terms, "change of error": change_terms}
     for name, terms in inputs.items():

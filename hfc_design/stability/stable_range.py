@@ -88,7 +88,7 @@ def stable_range(gain: float, time_constant: float, sample_time: float) -> Stabl
         ("gain * sample time", travel, " BLU/unit", TRAVEL),
     ):
         if not within(low, value, high):
-            raise UserError(f"{name} = {value:g}{unit}: must be within {low:g} and {high:g}")
+            raise UserError(f"{name} = {value:g}{unit}: must be between {low:g} and {high:g}")
     # r - 1 + exp(-r) = r^2/2 M(1, 3, -r) and 1 - (1 + r) exp(-r) = r^2/2 M(2, 3, -r), without
     # the cancellation (Kummer's function M).
     lag = float(hyp1f1(1.0, 3.0, -ratio))

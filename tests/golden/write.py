@@ -72,11 +72,11 @@ def tables() -> dict[str, str]:
     found = {}
     for scenario, design in SCENARIOS.items():
         on = ["--scenario", scenario]
-        many = ["--spread", "0.1", "--samples", "20"]
+        many, few = ["--spread", "0.1", "--samples", "20"], ["--spread", "0.1", "--machines", "20"]
         found[f"score {scenario}"] = told("score", design, *on, "--json")
         found[f"score many {scenario}"] = told("score", design, *on, *many, "--json")
-        found[f"compare {scenario}"] = told("compare", design, *on, *many, "--json")
-        found[f"compare text {scenario}"] = told("compare", design, *on, *many)
+        found[f"compare {scenario}"] = told("compare", design, *on, *few, "--json")
+        found[f"compare text {scenario}"] = told("compare", design, *on, *few)
         found[f"stability {scenario}"] = told("stability", design, *on, "--json")
         found[f"show {scenario}"] = told("show", "scenario", scenario, "--json")
         found[f"show text {scenario}"] = told("show", "scenario", scenario)

@@ -58,8 +58,8 @@ class Raised:
         if not isinstance(error, self.kind):
             return False
         call = linecache.getline(trace.tb_frame.f_code.co_filename, trace.tb_lineno).strip()
-        self.error, self.refusal = error, Refusal(error)
-        _compared(f"> {call}", type(error).__name__, str(error))
+        self.error, self.refusal = error, Refusal(UserError(*str(error).splitlines()).typed)
+        _compared(f"> {call}", type(error).__name__, self.refusal)
         return True
 
     @property

@@ -92,8 +92,8 @@ def blamed_aflc(xp: Xp, error: Scalar, index: Scalar, excess: Scalar) -> Truth:
 def blamed_soflc(xp: Xp, error: Scalar, index: Scalar, excess: Scalar) -> Truth:
     """True if a rule is contracted, as JK95 prints it: excess > 0, in its third case <= 0.
 
-    Differs from JK04 for e > 0 with p < 0, where the rules change places, and in the first and
-    fourth case where a singleton equals the overall action.
+    Differs from JK04 for e > 0 with p < 0, where the opposite rules are contracted, and in the
+    first and fourth case where a singleton equals the overall action.
     """
     third = xp.where(error < 0.0, index, 0.0) > 0.0
     return (excess <= ALIKE) == third
@@ -111,7 +111,7 @@ def joined(
 
     Each of the two terms is narrowed by its ``steps`` of ``size``. Both edges stay ``between`` the
     centres of the terms (JK04 section 4.1), and they overlap by at least ``overlap``: edges that
-    would come closer are set half of it to either side of their middle. An error in a gap would
+    would come closer are set half of it on either side of their mean. An error in a gap would
     have no command, and across a narrow overlap the command almost jumps. The papers print no such
     limit.
     """

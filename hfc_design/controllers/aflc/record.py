@@ -26,7 +26,7 @@ from hfc_design.core.records import TERMS, NotNegative, Positive, Record, UserEr
 from hfc_design.stability.sectors import Curve, Rectangle
 
 Point = tuple[NotNegative, NotNegative]
-#: Relative distance by which an edge learnt in single precision may lie beyond a centre.
+#: Relative distance by which an edge learned in single precision may lie beyond a centre.
 ROUNDING = 1e-6
 
 

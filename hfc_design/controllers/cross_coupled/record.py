@@ -42,7 +42,7 @@ class CrossCoupledDesign(OuterDesign):
         return list(dict.fromkeys([*signals, *self.inner_reads()]))
 
     def learnt(self, axes: tuple[str, ...], memory: Memory) -> Self | None:
-        """Return the design with the inner controllers as learnt in ``memory``."""
+        """Return the design with the inner controllers as learned in ``memory``."""
         return super().learnt(axes, memory.inner)
 
     def input_range(self, limit: float | None) -> dict[str, float]:

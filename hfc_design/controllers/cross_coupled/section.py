@@ -2,7 +2,8 @@
 
 from hfc_design.controllers.cross_coupled.record import CrossCoupledDesign
 from hfc_design.controllers.kind import ReportContext
-from hfc_design.plotting.section import Listing, Section
+from hfc_design.core.tables import Table
+from hfc_design.plotting.section import Section
 
 ABOUT = (
     "The command of each axis is the sum of its axis controller, the feed-forward of the "
@@ -21,6 +22,6 @@ def sections(record: CrossCoupledDesign, shown: ReportContext) -> list[Section]:
     rows = [[name, f"{gain:.6g}", unit] for name, gain, unit in gains]
     for axis, gain in record.feed_forward.items():
         rows.append([f"velocity of {axis}, fed forward", f"{gain:.6g}", units[-1]])
-    listing = Listing(CAPTION, ["gain on", "value", "unit"], rows)
+    listing = Table(CAPTION, ["gain on", "value", "unit"], rows)
     inner = record.inner.sections(shown)
     return [Section("Cross-coupling", ABOUT, listing, []), *inner]

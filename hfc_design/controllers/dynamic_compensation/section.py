@@ -2,7 +2,8 @@
 
 from hfc_design.controllers.dynamic_compensation.record import CompensationDesign
 from hfc_design.controllers.kind import ReportContext
-from hfc_design.plotting.section import Listing, Section
+from hfc_design.core.tables import Table
+from hfc_design.plotting.section import Section
 
 ABOUT = (
     "To the command of its controller each axis adds one in proportion to its error, to "
@@ -20,6 +21,6 @@ def sections(record: CompensationDesign, shown: ReportContext) -> list[Section]:
     for (axis, gain), drive in zip(record.k_p.items(), shown.machine.drives, strict=True):
         unit = f"{drive.units['command']}/{drive.units['error']}"
         rows.append([f"gain of {axis.upper()}, k_p", f"{gain:.6g}", unit])
-    listing = Listing("Compensation of the tracking error.", ["number", "value", "unit"], rows)
+    listing = Table("Compensation of the tracking error.", ["number", "value", "unit"], rows)
     inner = record.inner.sections(shown)
     return [Section("Dynamic compensation", ABOUT, listing, []), *inner]

@@ -277,7 +277,7 @@ def terms_fault(terms: Terms) -> str | None:
     for k, term in enumerate(terms):
         if (term.left is None) != (k == 0) or (term.right is None) != (k == len(terms) - 1):
             ends = f"left of {labels[0]} and right of {labels[-1]}"
-            return f"{term.label}: null must be {ends} and nowhere else"
+            return f"{term.label}: an edge must be null {ends}, and only there"
     for term in terms:
         left, centre, right = term.edges()
         if not left < centre < right:

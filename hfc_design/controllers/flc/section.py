@@ -21,8 +21,9 @@ from hfc_design.controllers.kind import ReportContext
 from hfc_design.controllers.neighbours import Partition, memberships
 from hfc_design.controllers.surfaces import Side, Surface
 from hfc_design.core.numbers import ARRAYS, Floats
+from hfc_design.core.tables import Table
 from hfc_design.plotting.heat_map import heat_map
-from hfc_design.plotting.section import Drawing, Drawn, Listing, Section
+from hfc_design.plotting.section import Drawing, Drawn, Section
 from hfc_design.plotting.terms import Curve, Panel
 from hfc_design.plotting.terms import terms as drawn_terms
 from hfc_design.stability import report as stability
@@ -94,7 +95,7 @@ def controller(
     return Section(
         "The controller",
         text,
-        Listing("Gains, steps and limits.", ["parameter", "value", "unit"], cells),
+        Table("Gains, steps and limits.", ["parameter", "value", "unit"], cells),
         [
             Drawing(
                 rule_table(record, f"rule table {ORIGINAL}"),
@@ -145,7 +146,7 @@ def stable_gains(
         f"it ends at K₁ = {gain_range.k1_bound:.4g} unit/BLU. Gains outside it may still "
         "settle in the motions of this page, which \u201cCan I use it?\u201d tests by simulation; "
         "the range is valid for every motion of that drive.",
-        Listing(
+        Table(
             "Gains of the rules [unit/BLU]; eq. 13 and 14 use only the centres of the terms.",
             ["gains of", "K₁", "K₂", "inside"],
             rows,

@@ -1,6 +1,6 @@
 """Export of adaptive fuzzy sliding control: its rule table, and its samples in words.
 
-Rules include the moves learnt so far, wherever they do not adapt.
+Rules include the moves learned so far, wherever they do not adapt.
 """
 
 from hfc_design.controllers.fuzzy_sliding.law import Parts

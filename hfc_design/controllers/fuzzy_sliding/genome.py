@@ -92,7 +92,7 @@ class SlidingGenome(GainsGenome):
         )
 
     def record(self, individual: GainVectors) -> Json:
-        """Return the record of the start with the searched values and without learnt moves."""
+        """Return the record of the start with the searched values and without learned moves."""
         numbers = {name: float(value[0]) for name, value in self.numbers(individual).items()}
         record: Json = self.start.model_dump()
         for key in ("largest_error", "largest_error_rate"):

@@ -38,7 +38,7 @@ class SlidingGains(NamedTuple):
     judge: Sequence[Scalar]  # (2,) P_2, of the error [1/s] and of its rate [1]
     largest_move: Scalar  # of a consequent from where it was designed, either way
     pid: Pid | None = None
-    learnt: RuleTable | None = None  # (7, 7) what of the consequents was learnt already
+    learnt: RuleTable | None = None  # (7, 7) what of the consequents was learned already
 
 
 class SlidingMemory(NamedTuple):
@@ -73,7 +73,7 @@ def initial_memory(law: AxisLaw, zero: Scalar) -> SlidingMemory:
 
 
 def begun(xp: Xp, law: AxisLaw, gains: SlidingGains, memory: SlidingMemory) -> SlidingMemory:
-    """Return the memory with the moves already learnt."""
+    """Return the memory with the moves already learned."""
     learnt = gains.learnt or memory.moves
     return memory._replace(moves=[[memory.sum + move for move in row] for row in learnt])
 

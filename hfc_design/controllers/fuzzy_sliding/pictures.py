@@ -13,6 +13,7 @@ from hfc_design.controllers.kind import ReportContext
 from hfc_design.controllers.surfaces import Side, Surface
 from hfc_design.core.numbers import ARRAYS, SCALARS, Floats
 from hfc_design.core.records import ZR
+from hfc_design.core.tables import Table
 from hfc_design.plotting.figure import (
     OTHER,
     OWN,
@@ -24,7 +25,7 @@ from hfc_design.plotting.figure import (
     gridded,
 )
 from hfc_design.plotting.heat_map import heat_map
-from hfc_design.plotting.section import Drawing, Drawn, Listing, Section
+from hfc_design.plotting.section import Drawing, Drawn, Section
 from hfc_design.plotting.terms import Panel, terms
 from plants import Drive
 
@@ -136,7 +137,7 @@ ABOUT = (
 
 
 class Learning(NamedTuple):
-    """Signals and learnt moves of an axis during the motion."""
+    """Signals and learned moves of an axis during the motion."""
 
     error: Floats  # (steps,)
     rate: Floats  # (steps,)
@@ -192,7 +193,7 @@ def _controller(record: SlidingDesign, shown: ReportContext) -> Section:
         "positive (LP).",
     )
     drawn = _surface(record, shown, "initial surface", "before it learns")
-    listing = Listing("Scales, gains and limits.", ["parameter", "value", "unit"], cells)
+    listing = Table("Scales, gains and limits.", ["parameter", "value", "unit"], cells)
     return Section("The controller", ABOUT, listing, [drawing, drawn])
 
 

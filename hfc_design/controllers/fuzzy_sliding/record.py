@@ -17,7 +17,7 @@ from hfc_design.controllers.kind import (
     later,
 )
 from hfc_design.core.numbers import Floats, each
-from hfc_design.core.records import ZR, Finite, Label, NotNegative, Positive, Record, Table, ordered
+from hfc_design.core.records import ZR, Finite, Label, NotNegative, Positive, Record, Rules, ordered
 from hfc_design.core.wording import one_of
 
 HERE = "hfc_design.controllers.fuzzy_sliding"
@@ -69,7 +69,7 @@ class AdaptationRecord(Record):
     #: left out: both poles at -lambda, and the Q for which ``E' P_2`` is s
     error_dynamics: ErrorDynamicsRecord | None = Field(None, exclude_if=not_)
     #: moves of the consequents learned so far [command]
-    moves: Table | None = Field(None, exclude_if=not_)
+    moves: Rules | None = Field(None, exclude_if=not_)
 
 
 class PidRecord(Record):
@@ -94,7 +94,7 @@ class SlidingDesign(ControllerRecord):
     largest_error: Positive  # centre of LP; that of LN is the same below zero [error]
     largest_error_rate: Positive  # the same of its rate [error/s]
     #: output of each rule [command]; rows: error, columns: its rate, both LN to LP
-    consequents: Table
+    consequents: Rules
     sliding: SurfaceRecord  # the switching part
     adaptation: AdaptationRecord  # learning of the consequents
     pid: PidRecord | None = Field(None, exclude_if=not_)  # added PID; left out: none
@@ -139,8 +139,8 @@ class SlidingDesign(ControllerRecord):
             learning.moves,
         )
 
-    def table(self) -> Table:
-        """Return the consequents with the moves learnt so far [command]."""
+    def table(self) -> Rules:
+        """Return the consequents with the moves learned so far [command]."""
         moves = self.adaptation.moves
         return tuple(map(tuple, each(add, self.consequents, moves))) if moves else self.consequents
 
@@ -150,12 +150,12 @@ class SlidingDesign(ControllerRecord):
         return self.adaptation.rate > 0.0 and self.adaptation.largest_move > 0.0
 
     def adapted(self, memory: SlidingMemory) -> Self | None:
-        """Return the controller with the moves learnt in ``memory``; None if it cannot learn."""
+        """Return the controller with the moves learned in ``memory``; None if it cannot learn."""
         rows = tuple(tuple(map(float, row)) for row in memory.moves)
         return self.with_moves(rows) if self.learns else None
 
-    def with_moves(self, moves: Table) -> Self:
-        """Return the design with the learnt ``moves``."""
+    def with_moves(self, moves: Rules) -> Self:
+        """Return the design with the learned ``moves``."""
         learning = self.adaptation.model_copy(update={"moves": moves})
         return self.model_copy(update={"adaptation": learning})
 
@@ -177,8 +177,8 @@ TABLE_2 = (
 )
 #: LG09 Table 1: proportional gain [1/s], speed over error.
 GAIN = 33.33
-#: Defaults of a start that is not given: the switching part in shares of the largest command, its
-#: layer in shares of the largest error, the time to learn the command of a steady error [s].
+#: Defaults if no start is given: switching part as a share of the largest command, its boundary
+#: layer as a share of the largest error, time to learn the command of a steady error [s].
 SWITCHING, LAYER, LEARNING = 0.02, 0.05, 0.1
 
 
@@ -272,6 +272,6 @@ def started(target: Target) -> SlidingDesign:
     )
 
 
-def table_2(height: float) -> Table:
+def table_2(height: float) -> Rules:
     """LG09 Table 2 with LP = ``height``."""
     return tuple(tuple(height * third / 3.0 for third in row) for row in TABLE_2)

@@ -168,7 +168,7 @@ def kind_of(law: Law) -> type[ControllerRecord]:
 
 
 class _Asked(dict[str, float]):
-    """Signals that come into being when they are read."""
+    """Signals that are created when they are read."""
 
     def __missing__(self, name: str) -> float:
         return self.setdefault(name, 1.0)

@@ -208,8 +208,8 @@ def averaged(xp: Xp, consequents: RuleTable, in_column: Degrees, in_row: Degrees
         )
     )
     firing = xp.total(in_column) * xp.total(in_row)
-    # The division comes last: what ends in a division the compiler computes once, what ends in
-    # a selection it would repeat in everything that uses it.
+    # The division comes last: the compiler computes a result of a division once, but repeats a
+    # selection in every expression that uses it.
     return xp.ratio(weighted, xp.where(firing > 0.0, firing, 1.0))
 
 

@@ -53,7 +53,7 @@ class LinearHierarchyGenome(Genome):
         try:
             self.regulator = LqGenome(settings.linear, target)
         except UserError as error:
-            raise UserError(error.typed.replace("controller.", "controller.linear.", 1)) from None
+            raise UserError(error.message.replace("controller.", "controller.linear.", 1)) from None
         #: Feed-forward gains; that of a load only if a load is expected.
         self.expected_load = settings.linear.expected_load
         self.forward = FORWARD if self.expected_load else FORWARD[:-1]

@@ -38,7 +38,7 @@ from hfc_design.controllers.linear.record import (
     with_own_signals,
 )
 from hfc_design.core.numbers import each
-from hfc_design.core.records import TERMS, Finite, Label, NotNegative, Positive, Record, Table
+from hfc_design.core.records import TERMS, Finite, Label, NotNegative, Positive, Record, Rules
 from hfc_design.core.wording import one_of
 
 HERE = "hfc_design.controllers.hierarchical"
@@ -106,7 +106,7 @@ class UnitRecord(Record):
     column_input: Label | Annotated[str, Field(pattern=r"^unit-\d{1,4}$")]
     #: input of its rows: a signal, or unit-N for the output of another
     row_input: Label | Annotated[str, Field(pattern=r"^unit-\d{1,4}$")]
-    consequents: Table  # output of each rule [1]; rows and columns in the order of the terms
+    consequents: Rules  # output of each rule [1]; rows and columns in the order of the terms
 
 
 def _with_error_scale(described: Any) -> Any:
@@ -115,8 +115,8 @@ def _with_error_scale(described: Any) -> Any:
     some = getattr(described, "used", None)
     if adaptation and adaptation.error_scale is None and (some or "error" not in names):
         raise ValueError(
-            "adaptation.error_scale: is missing, and no input named error is always "
-            "read, whose scale could replace it"
+            "adaptation.error_scale: is missing; only the scale of an input named error "
+            "that is always read can replace it"
         )
     return described
 
@@ -206,7 +206,7 @@ class HierarchicalDesign(ControllerRecord):
         units = tuple(unit.model_copy(update={"consequents": table}) for unit, table in pairs)
         return self.model_copy(update={"units": units, "adaptation": None})
 
-    def tables(self) -> list[Table]:
+    def tables(self) -> list[Rules]:
         """Return the consequents of each unit; those of the root as adapted so far."""
         tables = [unit.consequents for unit in self.units]
         if self.adaptation and (moves := self.adaptation.moves):

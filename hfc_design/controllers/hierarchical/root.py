@@ -17,7 +17,7 @@ from pydantic import Field
 
 from hfc_design.controllers.aflc.adaptation import blamed_aflc, highest_term, performance_indices
 from hfc_design.core.numbers import Degrees, RuleTable, Scalar, Xp, clipped
-from hfc_design.core.records import TERMS, ZR, NotNegative, Positive, Record, Table
+from hfc_design.core.records import TERMS, ZR, NotNegative, Positive, Record, Rules
 
 #: Share of all firing above which a rule has fired: that of 49 equal rules.
 FIRED = 1.0 / 49.0
@@ -32,7 +32,7 @@ class Adaptation(Record):
     #: scale of the error that is judged [1/error]; left out: that of the input error
     error_scale: Positive | None = Field(None, exclude_if=not_)
     #: moves of the consequents so far [1]; left out: none
-    moves: Table | None = Field(None, exclude_if=not_)
+    moves: Rules | None = Field(None, exclude_if=not_)
 
 
 class RootMemory(NamedTuple):

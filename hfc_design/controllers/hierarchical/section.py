@@ -12,7 +12,8 @@ from hfc_design.controllers.hierarchical.record import HierarchicalDesign
 from hfc_design.controllers.hierarchical.schedule_section import schedule
 from hfc_design.controllers.kind import ReportContext
 from hfc_design.controllers.linear import section as linear
-from hfc_design.plotting.section import Drawing, Listing, Section
+from hfc_design.core.tables import Table
+from hfc_design.plotting.section import Drawing, Section
 
 UNITS = (
     "The output of a unit is the average of the consequents of its rules, weighted by "
@@ -58,7 +59,7 @@ def _unit(record: HierarchicalDesign, shown: ReportContext, k: int) -> list[Draw
     ]
 
 
-def _parameters(controller: HierarchicalDesign, units: dict[str, str]) -> Listing:
+def _parameters(controller: HierarchicalDesign, units: dict[str, str]) -> Table:
     """Return name, value and unit of the gains and of the hierarchy's scales."""
     command, error = units["command"], units["error"]
     rows = [
@@ -77,7 +78,7 @@ def _parameters(controller: HierarchicalDesign, units: dict[str, str]) -> Listin
     if adaptation := controller.adaptation:
         rows.append(("adaptation of the root: step", adaptation.k_c, "a sample"))
         rows.append(("adaptation of the root: largest move", adaptation.largest_move, ""))
-    return Listing(
+    return Table(
         f"Gains of the {part_called(controller)} part"
         + ", of the scheduled law, which the hierarchy's output multiplies"
         * (controller.scheduled is not None)

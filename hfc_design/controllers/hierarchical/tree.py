@@ -48,7 +48,7 @@ def unit_count(inputs: int) -> int:
 def trees(inputs: int, used: int | None = None) -> tuple[Tree, ...]:
     """Return every distinct hierarchy of ``inputs`` inputs, or of ``used`` ones among them.
 
-    The order is always the same. There are (2i - 3)!! of i inputs: 1, 3, 15, 105, 945 for 2 to 6.
+    The order is always the same. For i inputs there are (2i - 3)!!: 1, 3, 15, 105, 945 for 2 to 6.
     """
     unit_count(inputs)
     some = combinations(range(inputs), used or inputs)

@@ -135,7 +135,7 @@ def remembered(
 
     The integral is held if the command is beyond its limit and the error would push it further
     (conditional integration; Astrom and Hagglund, PID Controllers, 1995, section 3.5); a resonator
-    is not driven there, but turns on.
+    is not driven there, but oscillates freely.
     """
     integral = total((memory.integral, *(step.integral for step in steps)))
     integral = held(xp, law.limit, command, memory.integral, integral)

@@ -72,8 +72,8 @@ class LqGenome(LinearGenome):
     def weights(self, values: dict[str, Floats]) -> dict[str, Floats]:
         """Return the weight of every state that has one.
 
-        A resonator's weight is on its first state, as a share of the weight of the integral, or
-        without an integral of the error's weight times the frequency. Good loops have similar
+        A resonator's weight is on its first state, as a share of the weight of the integral; if
+        there is no integral, of the error's weight times the frequency. Good loops have similar
         shares on all resonators.
         """
         weights = {name: values[name] for name in self.weighted}

@@ -49,7 +49,7 @@ def rising(frequencies: tuple[float, ...]) -> tuple[float, ...]:
     """Validate that frequencies rise and are apart."""
     for low, high in pairwise(frequencies):
         if not low < (1.0 - APART) * high:
-            raise ValueError("must rise, each by at least 0.1 %")
+            raise ValueError("frequencies must rise, each by at least 0.1 %")
     return frequencies
 
 

@@ -3,7 +3,8 @@
 from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.kind import ReportContext
 from hfc_design.controllers.linear.record import LinearDesign, WeightedDesign, resonator_name
-from hfc_design.plotting.section import Listing, Section
+from hfc_design.core.tables import Table
+from hfc_design.plotting.section import Section
 
 CAPTION = "Gains of the kind {}: command = sum of gain \u00d7 signal."
 
@@ -11,7 +12,7 @@ CAPTION = "Gains of the kind {}: command = sum of gain \u00d7 signal."
 def sections(record: LinearDesign, shown: ReportContext) -> list[Section]:
     """The section of the gains."""
     cells = [[name, f"{x:.6g}", unit] for name, x, unit in rows(record, shown.units)]
-    gains = Listing(CAPTION.format(record.kind), ["gain", "value", "unit"], cells)
+    gains = Table(CAPTION.format(record.kind), ["gain", "value", "unit"], cells)
     return [Section("The controller", "", gains, [])]
 
 

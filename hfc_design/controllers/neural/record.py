@@ -28,14 +28,14 @@ from hfc_design.controllers.neural.law import (
 )
 from hfc_design.core.arguments import check_positive, check_whole
 from hfc_design.core.numbers import SCALARS, Floats, Json, each
-from hfc_design.core.records import Finite, Positive, Record, UserError, checked
+from hfc_design.core.records import Finite, Positive, Record, UserError, checked, either, option
 
 HERE = "hfc_design.controllers.neural"
 
 INPUTS = 2  # error and its change
 #: Largest number of hidden units: the loop is unrolled, and more take minutes to compile.
 MOST = 100
-#: Largest learning rate: a rate such as 1e12 is a typing error and would erase what was learnt.
+#: Largest learning rate: a rate such as 1e12 is a typing error and would erase what was learned.
 FASTEST = 1e6
 Hidden = Annotated[tuple[Finite, ...], Field(min_length=INPUTS + 1, max_length=INPUTS + 1)]
 Rate = Annotated[float, Field(ge=0, le=FASTEST, allow_inf_nan=False)]
@@ -107,7 +107,7 @@ class NeuralDesign(ControllerRecord):
         return Weights(self.weights.hidden, (self.weights.output,))
 
     def adapted(self, memory: NeuralMemory) -> "NeuralDesign | None":
-        """Return the design with the learnt weights; None if it does not learn."""
+        """Return the design with the learned weights; None if it does not learn."""
         return self.with_weights(memory.weights) if self.rate else None
 
     def with_weights(self, weights: Weights) -> "NeuralDesign":
@@ -164,8 +164,8 @@ class NeuralSettings(GainsSettings):
         return self.start.weights if self.start is not None else drawn(self.hidden, self.seed)
 
 
-#: Default units of changes and commands: errors are counted in their root mean square, changes in
-#: twice that, commands in a tenth of theirs, which suits the numbers of the paper.
+#: Default units of changes and commands, which suit the numbers of the paper: changes are counted
+#: in twice the root mean square of the errors, commands in a tenth of that of the commands.
 CHANGE, COMMAND = 2.0, 0.1
 
 
@@ -190,7 +190,7 @@ class Trained(NamedTuple):
 def begun(
     start: ControllerRecord | None, numbers: Json, lesson: Lesson, errors: Floats, commands: Floats
 ) -> NeuralDesign:
-    """Return the network before its ``lesson``: that of ``start``, or an untrained one.
+    """Return the network before its training (``lesson``): that of ``start``, or an untrained one.
 
     ``numbers`` are keys of a ``NeuralDesign``.
 
@@ -198,12 +198,13 @@ def begun(
         UserError: start is of another kind, or a number is not allowed.
     """
     if start is not None and not isinstance(start, NeuralDesign):
-        raise UserError(f"--start: must be of kind neural (got {start.kind})")
+        raise UserError(f"{option('start')}: must be of kind neural (got {start.kind})")
     for key, low, high in (("hidden", 1, MOST), ("seed", 0, None), ("passes", 1, None)):
-        check_whole(f"--{key}", getattr(lesson, key), low, high)
-    check_positive("--training-rate", lesson.rate)
+        check_whole(key, getattr(lesson, key), low, high)
+    check_positive("training_rate", lesson.rate, argument="rate")
     if lesson.rate > FASTEST:
-        raise UserError(f"--training-rate {lesson.rate:g}: must be at most {FASTEST:g}")
+        given = either(f"--training-rate {lesson.rate:g}", f"rate={lesson.rate:g}")
+        raise UserError(f"{given}: must be at most {FASTEST:g}")
     if start is not None:
         data = start.model_dump()
     else:
@@ -211,7 +212,7 @@ def begun(
         error, command = (float(f"{size:.2g}") or 1.0 for size in usual)  # 1 of what is always 0
         data = {"weights": drawn(lesson.hidden, lesson.seed).model_dump(), "error_unit": error}
         data |= {"change_unit": CHANGE * error, "command_unit": COMMAND * command}
-    return checked(NeuralDesign, data | numbers, "--network", Path())
+    return checked(NeuralDesign, data | numbers, option("network"), Path())
 
 
 def trained(start: NeuralDesign, errors: Floats, commands: Floats, lesson: Lesson) -> Trained:
@@ -240,7 +241,8 @@ def trained(start: NeuralDesign, errors: Floats, commands: Floats, lesson: Lesso
     design = start.with_weights(network)
     before, after = (_distance(one, inputs, targets) for one in (start, design))
     if not np.isfinite(after):
-        message = f"--training-rate {lesson.rate:g}: the network diverges"
+        given = either(f"--training-rate {lesson.rate:g}", f"rate={lesson.rate:g}")
+        message = f"{given}: the network diverges"
         raise UserError(f"{message}; use a lower one, larger units or a smaller slope")
     taught = float(np.sqrt(np.mean(commands * commands)))
     return Trained(design, before, after, taught)

@@ -10,10 +10,11 @@ from hfc_design.controllers.kind import ReportContext
 from hfc_design.controllers.neural.law import neural
 from hfc_design.controllers.neural.record import NeuralDesign, command, inputs_of
 from hfc_design.core.numbers import SCALARS, Floats
+from hfc_design.core.tables import Table
 from hfc_design.plotting import units
 from hfc_design.plotting.figure import STRIP, colour_strip, framed
 from hfc_design.plotting.numbers import readable
-from hfc_design.plotting.section import Drawing, Drawn, Listing, Section
+from hfc_design.plotting.section import Drawing, Drawn, Section
 from plants import Drive
 
 ABOUT = (
@@ -37,7 +38,7 @@ def sections(record: NeuralDesign, shown: ReportContext) -> list[Section]:
         ["slope of the hidden units", f"{record.slope:.4g}", ""],
         ["weight of the change in the training error", f"{record.xi:.4g}", ""],
     ]
-    listing = Listing("The network.", ["number", "value", "unit"], rows)
+    listing = Table("The network.", ["number", "value", "unit"], rows)
     input_limits = _ranges(record, shown)
     drawings = [_drawing(record, input_limits, "as designed", shown)]
     for axis, after in at_the_end(record, shown).items():

@@ -134,9 +134,9 @@ class PerAxisDesign(ControllerRecord):
 def learnt(
     record: ControllerRecord, axes: tuple[str, ...], memory: Memory
 ) -> ControllerRecord | None:
-    """Return a controller as learnt in ``memory``, on a machine with ``axes``; None if it cannot.
+    """Return a controller as learned in ``memory``, on a machine with ``axes``; None if it cannot.
 
-    If axes with the same controller have learnt differently, each gets its own.
+    If axes with the same controller have learned differently, each gets its own.
     """
     if record.learnt is not None:
         learned: ControllerRecord | None = record.learnt(axes, memory)
@@ -180,7 +180,7 @@ class OuterDesign(ControllerRecord):
         return self.inner.structure()
 
     def learnt(self, axes: tuple[str, ...], memory: Memory) -> Self | None:
-        """Return the design with the inner controller as learnt; None if it cannot learn."""
+        """Return the design with the inner controller as learned; None if it cannot learn."""
         inner = learnt(self.inner, axes, memory)
         return self.model_copy(update={"inner": inner}) if inner else None
 

@@ -90,5 +90,5 @@ class SocDesign(ControllerRecord):
         return self.model_copy(update={"adaptation": still})
 
     def adapted(self, memory: SocMemory) -> Self:
-        """Return the design with the learnt table."""
+        """Return the design with the learned table."""
         return self.model_copy(update={"table": tuple(map(tuple, memory.rules))})

@@ -12,10 +12,11 @@ from hfc_design.controllers.soc.law import HIGHEST, LABELS, SETS, SocMemory, deg
 from hfc_design.controllers.soc.record import SocDesign
 from hfc_design.controllers.surfaces import Side, Surface
 from hfc_design.core.numbers import ARRAYS, SCALARS, Floats
+from hfc_design.core.tables import Table
 from hfc_design.plotting.figure import STRIP, colour_strip, framed
 from hfc_design.plotting.heat_map import heat_map
 from hfc_design.plotting.numbers import readable as in_unit
-from hfc_design.plotting.section import Drawing, Drawn, Listing, Section
+from hfc_design.plotting.section import Drawing, Drawn, Section
 from hfc_design.plotting.terms import Panel, terms
 from plants import Drive
 
@@ -40,7 +41,7 @@ def sections(record: SocDesign, shown: ReportContext) -> list[Section]:
         "xi": ("weight of the change in a correction", "1"),
     }
     rows = [[f"{key}, {text}", f"{gains[key]:.5g}", unit] for key, (text, unit) in meanings.items()]
-    listing = Listing("Gains and steps.", ["parameter", "value", "unit"], rows)
+    listing = Table("Gains and steps.", ["parameter", "value", "unit"], rows)
     caption = "Control initial surface, before it learns."
     begins = [_surface(record, shown, "initial rules", caption)] if np.any(record.table) else []
     if not begins:
@@ -137,7 +138,7 @@ def _sets() -> tuple[Triangle, ...]:
 
 
 def pictures(record: SocDesign, drive: Drive) -> dict[str, dict[str, Drawn]]:
-    """Return pictures for ``hfc plot``: the learnt or initial rules of the design."""
+    """Return pictures for ``hfc plot``: the learned or initial rules of the design."""
     empty = " at the start: it has learned none" * (not np.any(record.table))
     return {
         **surfaces.pictures({"rules": lambda: surface(record, drive.units, f"rules{empty}")}),

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json
+from hfc_design.core.tables import Table
 from hfc_design.core.wording import percent
 from hfc_design.files.design import Design
 from hfc_design.files.loop_setup import axes_of
@@ -13,7 +14,8 @@ from hfc_design.formats import saving
 from hfc_design.formats.deployment.signal_conditioning import scene
 from hfc_design.formats.deployment.vectors import Vectors, unused
 from hfc_design.formats.writing import each_axis, plain, signal_meanings, signal_units
-from hfc_design.simulation.acceptance import ENOUGH, TextTable, missed_text, stress_table
+from hfc_design.simulation.acceptance import ENOUGH, missed_text
+from hfc_design.simulation.usable_tables import stress_table
 
 
 class Signal(NamedTuple):
@@ -27,7 +29,7 @@ class Signal(NamedTuple):
 
 
 class Measure(NamedTuple):
-    """Row of the score: a measure for the motion or axis where it is largest."""
+    """Row of the score: a metric for the motion or axis where it is largest."""
 
     name: str
     value: str
@@ -84,7 +86,7 @@ class Origin(NamedTuple):
     score: list[Measure]
     chaotic: bool
     usable: str  # whether it is, in words
-    stress: TextTable | None
+    stress: Table | None
 
 
 def origin(design: Design) -> Origin:
@@ -139,7 +141,7 @@ def _connecting(design: Design) -> list[str]:
 
 
 def measures(score: Json) -> list[Measure]:
-    """Return the measures of a score that count at the machine, the largest value of each."""
+    """Return the metrics of a score that matter at the machine, with the largest value of each."""
     largest: dict[str, tuple[float, str]] = {}
     for key, value in score.items():
         named = MEASURES.fullmatch(key)
@@ -170,7 +172,7 @@ def _usable(stored: object) -> str:
     return passing
 
 
-def _stress(stored: Any) -> TextTable | None:
+def _stress(stored: Any) -> Table | None:
     """Return the table of disturbances that the design was tested under; None if not stored."""
     with suppress(KeyError, TypeError, AttributeError, ValueError):  # it has been edited
         return stress_table(stored["stress"]) if stored["stress"] else None

@@ -112,8 +112,8 @@ MARGIN = 4.0
 ROUNDING = 2.0**-21
 #: Disturbance of the inputs, in roundings, with which close decisions are found.
 NOISE = 16.0
-#: Growth of the error that shows another decision; inputs that are off by ``NOISE`` roundings may
-#: cause four times as large an error without one.
+#: Growth of the error that shows that another branch was taken; without that, inputs with ``NOISE``
+#: rounding errors can make the error four times as large.
 JUMP = 16.0
 #: Number of tries, each with a noise and its opposite, which lies on the other side of a decision.
 TRIES = 2

@@ -23,6 +23,8 @@ MOMENTS = {
     "command": "that acted on the drive in the sample before",
     "error": "by the machine's own scale at the start of the sample before",
 }
+#: Limits that the controller of a loop applies, and then its converter.
+APPLIED = ("command", "command_rate", "resolution")
 #: Magnitude of the values that are tried to find the allowed sign of a parameter.
 TINY = 1e-9
 
@@ -158,15 +160,15 @@ def _sensing(
     """Return the template values for a controller that ``reads`` an axis, and the sensor noise.
 
     Raises:
-        UserError: the converter delays by a part of a sample, or has a lag.
+        UserError: the converter delays by a part of a sample, or does what no FMU does here.
     """
     drive, sensors = axis.drive, scenario.sensors.of(axis.name)
     limits = scenario.limits.of(axis.name)
-    if limits.delay_samples not in (0.0, 1.0) or limits.lag_s:
-        raise UserError(
-            f"scenario {scenario.name}: limits.delay_samples must be 0 or 1 and limits.lag_s 0 in "
-            f"an FMU of a machine (got {limits.delay_samples:g} and {limits.lag_s:g})"
-        )
+    left = limits.beside(*APPLIED, *(["delay_samples"] if limits.delay_samples == 1.0 else []))
+    for key, value in left.items():
+        rule = "0 or 1" if key == "limits.delay_samples" else "left out"
+        message = f"{key} = {value:g}: must be {rule} in an FMU of a machine"
+        raise UserError(f"scenario {scenario.name}: {message}")
     units = drive.units | plant_code.state_units(drive)
     deviations = dict.fromkeys(drive.encoders, sensors.noise)
     deviations |= {name: reading.noise for name, reading in sensors.readings.items()}

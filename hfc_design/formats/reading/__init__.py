@@ -1,6 +1,6 @@
 """Import of other programs' fuzzy controllers as designs that a search can start from.
 
-Also import of what a controller has learnt on a machine, see ``design_that_learned``.
+Also import of what a controller has learned on a machine, see ``design_that_learned``.
 
 Within the ranges of the file's inputs the design computes what the file says, to rounding. Beyond
 them, where programs differ, its outermost terms stay 1. What a design cannot hold is refused. If
@@ -16,7 +16,7 @@ from pathlib import Path
 
 from hfc_design.controllers.per_axis import PerAxisDesign
 from hfc_design.core.numbers import Json, number_of
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, option
 from hfc_design.core.texts import as_user_error, content, decoded
 from hfc_design.files.design import Design, with_learned
 from hfc_design.formats.reading import csv_tables, fis, fll
@@ -35,7 +35,7 @@ __all__ = ["Wish", "assumed", "assumptions_text", "deviation_told", "imported", 
 
 #: File suffix -> reader of the language.
 LANGUAGES = {".fll": fll, ".fis": fis}
-#: Suffixes of learnt numbers: those of ``NAME_save``, and the output of ``halcmd save param``.
+#: Suffixes of learned numbers: those of ``NAME_save``, and the output of ``halcmd save param``.
 LEARNT = (".txt", ".hal")
 #: Parameter of the component as ``halcmd save`` writes it, with the axis in its name.
 PARAMETER = re.compile(
@@ -47,7 +47,7 @@ def imported(path: Path, wish: Wish) -> Design:
     """Read a design from the file or folder ``path``, completed by ``wish``.
 
     Raises:
-        UserError: the file cannot be read, or does not hold exactly what a design can.
+        UserError: the file cannot be read, or contains something that a design cannot represent.
     """
     ending = ".csv" if isdir(path) else path.suffix.lower()
     if ending in LEARNT:
@@ -56,9 +56,8 @@ def imported(path: Path, wish: Wish) -> Design:
         known = "must be a .fll, .fis, .txt or .hal file, or a folder of .csv tables"
         raise UserError(f"{path}: {known}")
     if wish.axis is not None:
-        raise UserError(
-            f"--axis {wish.axis}: applies to the learned state of an axis, a .txt or .hal"
-        )
+        fault = "applies to the learned state of an axis, a .txt or .hal"
+        raise UserError(f"{option('axis', wish.axis)}: {fault}")
     with as_user_error(path):
         files = csv_tables.files(path) if ending == ".csv" else [path]
         texts, digests = {}, {}
@@ -88,11 +87,10 @@ def _system(ending: str, texts: dict[str, str], wish: Wish) -> tuple[System, Jso
     """
     if ending == ".csv":
         if wish.terms:
-            raise UserError("--terms: does not apply to .csv tables")
+            raise UserError(f"{option('terms')}: does not apply to .csv tables")
         if wish.output is not None:
-            raise UserError(
-                f"--output {wish.output}: does not apply to .csv tables, which have one output"
-            )
+            fault = "does not apply to .csv tables, which have one output"
+            raise UserError(f"{option('output', wish.output)}: {fault}")
         return csv_tables.read(texts), {}
     (text,) = texts.values()
     reader = LANGUAGES[ending]
@@ -110,21 +108,20 @@ def _system(ending: str, texts: dict[str, str], wish: Wish) -> tuple[System, Jso
         conditions = [sorted(map(str, rule.condition)) for rule in base.rules]
         if any(one in conditions[:k] for k, one in enumerate(conditions)):
             raise
-        message = "use --terms 7 to sample it into triangles; the deviation is then reported"
-        raise ValueError(f"{fault}; {message}") from None
+        message = "to sample it into triangles; the deviation is then reported"
+        raise ValueError(f"{fault}; use {option('terms', 7)} {message}") from None
 
 
 def _learned(path: Path, ending: str, wish: Wish) -> Design:
-    """Return the design that ``wish`` names with what its code has learnt on a machine."""
+    """Return the design that ``wish`` names, with the values that its code learned on a machine."""
     from hfc_design.files.loop_setup import load_design  # with JAX
 
     if wish.like is None:
-        raise UserError(f"--like: must name the design whose code wrote {path}")
+        raise UserError(f"{option('like')}: must name the design whose code wrote {path}")
     others = wish._replace(like=None, axis=None, name=None)
     if odd := next((key for key, value in others._asdict().items() if value), None):
-        raise UserError(
-            f"--{odd.rstrip('s').replace('_', '-')}: must be left out, it is that of {wish.like}"
-        )
+        given = option("signal" if odd == "signals" else odd, argument=odd)
+        raise UserError(f"{given}: must be left out, it is that of {wish.like}")
     design = load_design(wish.like)
     with as_user_error(path):
         data = content(path)
@@ -137,14 +134,15 @@ def _learned(path: Path, ending: str, wish: Wish) -> Design:
 def design_that_learned(
     text: str, ending: str, design: Design, axis: str | None, source: dict[str, str]
 ) -> Design:
-    """Return ``design`` with the learnt numbers of a file; ``axis`` selects one of several axes.
+    """Return ``design`` with the learned numbers of a file; ``axis`` selects one of several axes.
 
     Raises:
         UserError, ValueError: the file holds no such numbers, or they are not of this design.
     """
     parts = design.by_axis()
     if axis is None and len(parts) > 1:
-        raise UserError(f"--axis: must name the axis of the state; available: {', '.join(parts)}")
+        known = ", ".join(parts)
+        raise UserError(f"{option('axis')}: must name the axis of the state; available: {known}")
     if axis is not None:
         from hfc_design.files.loop_setup import axes_of  # with JAX
 
@@ -153,7 +151,7 @@ def design_that_learned(
         axes = () if together else axes_of(design)
         if axis not in axes:
             known = ", ".join(axes) or "one state for all axes"
-            raise UserError(f"--axis {axis}: available: {known}")
+            raise UserError(f"{option('axis', axis)}: available: {known}")
     words = re.split(r"[\s,;]+", text.strip())
     numbers = [*map(number_of, words)] if ending == ".txt" else _parameters(text, axis)
     design_of_part = taken(parts.get(axis or "", design), numbers)
@@ -166,7 +164,7 @@ def design_that_learned(
 
 
 def _parameters(text: str, axis: str | None) -> list[float]:
-    """Return the learnt parameters of the controller of an axis, in the order of their numbers."""
+    """Return the learned parameters of the controller of an axis, in the order of their numbers."""
     numbers = {}
     for line in text.splitlines():
         one = PARAMETER.match(line.strip())

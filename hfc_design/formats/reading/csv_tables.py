@@ -10,6 +10,7 @@ from pathlib import Path
 from shlex import quote
 
 from hfc_design.controllers.kinds import KINDS
+from hfc_design.core.records import option
 from hfc_design.formats.reading import system
 from hfc_design.formats.reading.system import Input, Shape, System, Token
 
@@ -45,7 +46,7 @@ def _instead(folder: Path) -> str:
     if len(others) == 1:
         return f"import a single file of an engine, as in {command}"
     message = f"its {len(others)} files are the units of a hierarchy"
-    return f"{message}; import each alone, {command}, or all together from --to json"
+    return f"{message}; import each alone, {command}, or all together from {option('to', 'json')}"
 
 
 def read(texts: dict[str, str]) -> System:

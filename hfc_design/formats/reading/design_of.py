@@ -12,7 +12,8 @@ from hfc_design.controllers.flc.record import USUAL
 from hfc_design.controllers.hierarchical.record import input_names
 from hfc_design.controllers.rules import numbered, range_of, spread
 from hfc_design.core.numbers import Json
-from hfc_design.core.records import NAME, UserError, checked
+from hfc_design.core.records import NAME, UserError, checked, either, option
+from hfc_design.core.wording import alternatives
 from hfc_design.files.design import Design, named_design
 from hfc_design.formats.reading.system import Input, Output, Shape, Singleton, System, identifiers
 
@@ -59,8 +60,8 @@ def design_of(
         like = load_design(wish.like)
     kind = wish.kind or (like.controller.kind if like else HIERARCHY if gaussian else "flc")
     if kind not in PLANT_OF or (like and like.controller.kind != kind):
-        listed = " or ".join(PLANT_OF) if wish.kind is None else kind
-        raise UserError(f"--like {wish.like}: must be of kind {listed}")
+        listed = alternatives(PLANT_OF) if wish.kind is None else kind
+        raise UserError(f"{option('like', wish.like)}: must be of kind {listed}")
     if (kind == HIERARCHY) != gaussian:
         needed = "Gaussian terms" if kind == HIERARCHY else "triangles"
         raise ValueError(f"kind {kind} needs {needed}, but the file has others")
@@ -75,7 +76,7 @@ def design_of(
     if wish.sample_time is not None:
         base["sample_time_s"] = wish.sample_time
     if base["sample_time_s"] is None:
-        raise UserError(f"--sample-time: must be given for the plant {plant_name}")
+        raise UserError(f"{option('sample_time')}: must be given for the plant {plant_name}")
     name = checked_name(path.resolve().stem if wish.name is None else wish.name)
     make, known = _fuzzy, ["error", "error_change"]
     if kind == HIERARCHY:
@@ -134,7 +135,8 @@ def checked_name(name: str) -> str:
     """Return ``name`` if a design may have it; UserError otherwise."""
     if not re.fullmatch(NAME, name):
         message = "must be at most 64 letters, digits, '.', '_' and '-'"
-        raise UserError(f"--name {name[:70]!r}: {message}")
+        shown = repr(name[:70])
+        raise UserError(f"{either(f'--name {shown}', f'name={shown}')}: {message}")
     return name
 
 
@@ -145,7 +147,8 @@ def _signals(system: System, wish: Wish, known: list[str]) -> tuple[str, str]:
     names = [item.name.text for item in system.inputs]
     for name in wish.signals:
         if name not in names:
-            raise UserError(f"--signal {name}: unknown input; available: {', '.join(names)}")
+            given = option("signal", argument="signals", key=name)
+            raise UserError(f"{given}: unknown input; available: {', '.join(names)}")
     first, second = (wish.signals.get(name, name) for name in names)
     if first == second:
         raise ValueError(f"the inputs must be different signals (got {first!r} twice)")
@@ -154,10 +157,11 @@ def _signals(system: System, wish: Wish, known: list[str]) -> tuple[str, str]:
         if signal not in known:
             name = item.name.text
             free = [each for each in known if each != other]
-            example = shlex.quote(f"{name or 'NAME'}={free[0]}")
+            shown = name or "NAME"
+            typed = shlex.quote(f"{shown}={free[0]}")
+            example = either(f"--signal {typed}", f"signals={ {shown: free[0]} }")
             raise item.name.fault(
-                f"input {name!r}: needs its signal, as in --signal {example}; available: "
-                f"{', '.join(free)}"
+                f"input {name!r}: needs its signal, as in {example}; available: {', '.join(free)}"
             )
     return first, second
 
@@ -263,7 +267,7 @@ def _hierarchy(base: Json, system: System, signals: tuple[str, str]) -> Json:
     first, second = system.inputs
     for item in system.inputs:
         if item.low < -1.0 or item.high > 1.0:
-            raise item.name.fault(f"input {item.name.text}: its range must be within -1 and 1")
+            raise item.name.fault(f"input {item.name.text}: its range must be between -1 and 1")
     if [term[1:] for term in first.terms] != [term[1:] for term in second.terms]:
         raise ValueError("both inputs must have the same terms in a hierarchy")
     scales = {item["name"]: item["scale"] for item in base.get("inputs", ())}

@@ -244,11 +244,11 @@ def is_mamdani(text: str) -> bool:
 def rule_base(text: str, wanted: str | None = None) -> RuleBase:
     """Read the two-input Mamdani or Sugeno system in ``text``, with its ``wanted`` output.
 
-    Integrals are computed as in Octave's evalfis: trapezia between 101 places; MATLAB's evalfis
-    counts the first and the last place twice as much.
+    Integrals are computed as in Octave's evalfis, by the trapezoidal rule at 101 points; MATLAB's
+    evalfis gives the first and the last point twice the weight.
 
     Raises:
-        ValueError: it is no .fis, or more than can be sampled.
+        ValueError: ``text`` is not a .fis file, or its system cannot be sampled.
     """
     mamdani = is_mamdani(text)
     otherwise = ALLOWED["fis-sampled"][f"System-{'mamdani' if mamdani else 'sugeno'}"]

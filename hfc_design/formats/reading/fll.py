@@ -282,7 +282,7 @@ def _count(defuzzifier: Token, words: list[str]) -> int:
     whole = len(words) == 1 and re.fullmatch("[0-9]{1,9}", words[0])
     if not whole or not 2 <= int(words[0]) <= MOST_PLACES:
         raise defuzzifier.fault(
-            f"defuzzifier: must have 2 to {MOST_PLACES} places (got {defuzzifier.text!r})"
+            f"defuzzifier: must have a resolution of 2 to {MOST_PLACES} (got {defuzzifier.text!r})"
         )
     return int(words[0])
 

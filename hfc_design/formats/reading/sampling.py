@@ -249,7 +249,7 @@ def _side(variable: Variable, count: int) -> Side:
     low, high = variable.low, variable.high
     name = variable.name.text
     if not (max(abs(low), abs(high)) <= LARGEST and high - low >= SMALLEST * LARGEST):
-        message = f"its range must be within {-LARGEST:g} and {LARGEST:g} and not empty"
+        message = f"its range must be between {-LARGEST:g} and {LARGEST:g} and not empty"
         raise variable.name.fault(f"input {name}: {message}")
     marks = [place for term in variable.terms for place in term.places if low < place < high]
     marks += [0.0] if low < 0.0 < high else []

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from hfc_design.controllers.flc.record import TriangleRecord, terms_fault
 from hfc_design.controllers.flc.rules import FEWEST, MOST
-from hfc_design.core.records import TERMS, UserError
+from hfc_design.core.records import TERMS, UserError, either, option
 
 #: Longest name of a term or variable, see ``records.Label``.
 LONGEST = 32
@@ -154,9 +154,9 @@ def chosen(outputs: Sequence[Token], wanted: str | None) -> int:
     names = [name.text for name in outputs]
     listed = ", ".join(names)
     if wanted is None and len(names) > 1:
-        raise outputs[1].fault(f"--output must name one of the outputs {listed}")
+        raise outputs[1].fault(f"{option('output')} must name one of the outputs {listed}")
     if wanted is not None and wanted not in names:
-        raise UserError(f"--output {wanted}: unknown output; available: {listed}")
+        raise UserError(f"{option('output', wanted)}: unknown output; available: {listed}")
     return 0 if wanted is None else names.index(wanted)
 
 
@@ -283,7 +283,7 @@ def input_of(name: Token, low: float, high: float, shapes: Sequence[Shape]) -> I
     centres = [shape.centre(low, high) for shape in shapes]
     if shapes[0].gaussian and len(shapes) != TERMS:
         fault = f"input {name.text} must have {TERMS} Gaussian terms (got {len(shapes)})"
-        raise name.fault(f"{fault}; --terms N samples them into triangles")
+        raise name.fault(f"{fault}; {either('--terms N', 'terms=N')} samples them into triangles")
     order = sorted(range(len(shapes)), key=centres.__getitem__)
     terms = [shapes[k] for k in order]
     if terms[0].gaussian:

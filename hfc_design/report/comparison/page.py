@@ -1,6 +1,7 @@
 """The page of a comparison: a self-contained file with curves to zoom into."""
 
 from hfc_design.core.numbers import Json
+from hfc_design.core.tables import Table
 from hfc_design.plotting.files import small_address
 from hfc_design.report import Page, rendered
 from hfc_design.report.comparison import plots, tables, traces
@@ -35,34 +36,32 @@ def page(comparison: Comparison, command: str = "") -> Page:
         meant=meant.items(),
         machines_drawn=plots.machines(comparison),
         ratios=plots.ratios(comparison),
-        head=tables.DIFFERENCE_HEAD,
         count=len(comparison.differences),
         slices=traces.SLICES,
         notes=comparison.notes,
-        designs=[
-            [name, design.controller.kind, str(design.provenance.get("source", "a search"))]
-            for name, design in comparison.designs.items()
-        ],
+        designs=_origins(comparison),
         command=command,
         data=[motion["data"] for motion in motions],
     )
 
 
+def _origins(comparison: Comparison) -> Table:
+    """Table of the designs."""
+    rows = [
+        [name, design.controller.kind, str(design.provenance.get("source", "a search"))]
+        for name, design in comparison.designs.items()
+    ]
+    about = "the compared designs, their kinds, and their origin."
+    return Table(f"{' and '.join(comparison.designs)}: {about}", ["design", "kind", "from"], rows)
+
+
 def _shown(comparison: Comparison, bout: MotionComparison) -> Json:
     """Content of the page for a motion: tables, and curves unless it stands for all motions."""
-    main, first = bout.compared()[0], next(iter(comparison.designs))
-    differences = [x for x in comparison.differences if x.motion == bout.name]
-    shown = [x for x in differences if (x.metric, x.first) == (main, first)]
     values: Json = {
         "name": bout.name,
-        "lines": tables.lines(bout),
-        "metric": tables.called(bout, main),
-        "differences": [[x.first, x.second, *tables.difference_row(x)] for x in shown],
-        "others": [
-            [x.first, x.second, tables.called(bout, x.metric), *tables.difference_row(x)]
-            for x in differences
-            if x not in shown
-        ],
+        "metrics": tables.metric_table(comparison, bout),
+        "differences": tables.difference_table(comparison, bout, bout.compared()[0]),
+        "others": tables.other_differences(comparison, bout),
     }
     if bout.scenario is None:
         return values
@@ -70,7 +69,7 @@ def _shown(comparison: Comparison, bout: MotionComparison) -> Json:
     parts = (panels[k : k + PRINTED] for k in range(0, len(panels), PRINTED))
     return values | {
         "description": bout.scenario.description,
-        "every": tables.lines(bout, every=True),
+        "every": tables.metric_table(comparison, bout, every=True),
         "contour": plots.contours(bout),
         "errors": errors({name: one.motion for name, one in bout.results.items()}),
         "curves": [plots.motions(bout, part) for part in parts],

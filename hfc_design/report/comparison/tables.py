@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from math import isfinite, isnan
-from typing import NamedTuple
 
 import numpy as np
 
 from hfc_design.core.numbers import Floats, storable
-from hfc_design.plotting.numbers import digits, metric, readable
+from hfc_design.core.tables import MISSING, Table, text
+from hfc_design.core.wording import three_digits
+from hfc_design.plotting.numbers import metric, readable
 from hfc_design.simulation.comparison import (
     HALF,
     NEARLY_ALL,
@@ -16,46 +17,75 @@ from hfc_design.simulation.comparison import (
     DesignStatistics,
     Difference,
     MotionComparison,
+    spread_text,
 )
 from hfc_design.simulation.repeats import range_text
 
-#: Text for a missing number.
-NONE = "–"
+#: Heads of the columns of ``difference_row`` after the two designs.
+DIFFERENCE_HEAD = ["median ratio", "better on", "p (Holm)", "both stable", "only one", "neither"]
+#: Those of them that fit a terminal beside a name.
+FIRST = 5
+#: What the columns of a difference are, of so many comparisons.
+DIFFERENCES = (
+    "median ratio of the first to the second with an interval of 95 %, share on which the first is "
+    "better, p of Wilcoxon’s signed-rank test after Holm’s correction for all {} comparisons, and "
+    "on how many machines both, only one and neither are stable"
+)
+MAIN = (
+    "the median of each metric over {}; for the first also the nominal machine and the 95th "
+    "percentile"
+)
+EVERY = "every metric on the nominal machine, its median over {}, and their 95th percentile"
+BEST = "* the best of a row; an unstable machine ranks below all others"
 
 
-class Line(NamedTuple):
-    """A row of a table: a cell for each design."""
-
-    metric: str  # "" where it is that of the row above
-    of: str  # the machine
-    cells: list[str]
-    best: list[int]  # the designs that are the best here; none where all are alike
-
-    @property
-    def row(self) -> list[str]:
-        """Cells of the row from left to right."""
-        return [self.metric, self.of, *self.cells]
-
-    @property
-    def places(self) -> list[int]:
-        """Places of the best cells in ``row``."""
-        return [k + 2 for k in self.best]
+def tables(comparison: Comparison) -> list[Table]:
+    """Tables of every motion, then the differences of the first design from the others."""
+    keys = ((bout, key) for bout in comparison.bouts for key in bout.compared())
+    differences = [
+        difference_table(comparison, bout, key)
+        for bout, key in keys
+        if key == bout.compared()[0] or "_change" in key
+    ]
+    shown = [
+        one._replace(head=one.head[:FIRST], rows=[x[:FIRST] for x in one.rows])
+        for one in differences
+    ]
+    *others, last = [metric_table(comparison, bout) for bout in comparison.bouts]
+    notes = text(*failures(comparison), *comparison.notes)
+    return [*others, last._replace(lines=[BEST]), *shown, notes]
 
 
-def lines(bout: MotionComparison, every: bool = False) -> list[Line]:
-    """Stability and metrics of the designs, the most important first.
+def metric_table(comparison: Comparison, bout: MotionComparison, every: bool = False) -> Table:
+    """Table of ``metric_rows``, a column for each design."""
+    rows, places = metric_rows(bout, every)
+    machines = f"{comparison.machines} machines within {comparison.within}"
+    caption = f"{bout.name}: {(EVERY if every else MAIN).format(machines)}"
+    robust = bout.scenario.robust if bout.scenario else None
+    if robust and (within := spread_text(robust.spread, robust.tolerances)) != comparison.within:
+        machines += f" ([robust]: {within})"
+    head, title = ["metric", "machine", *comparison.designs], f"{bout.name}, {machines}"
+    return Table(caption, head, rows, places, title)
+
+
+def metric_rows(
+    bout: MotionComparison, every: bool = False
+) -> tuple[list[list[str]], list[list[int]]]:
+    """Stability and metrics of the designs, the most important first, and places of the best.
 
     Each compared metric has the median machine, the first one also the nominal machine and the 95 %
-    quantile; with ``every``, all metrics have all three.
+    quantile; with ``every``, all metrics have all three. A row is the metric ("": that of the row
+    above), the machine, and a cell for each design.
     """
     sides = list(bout.sides.values())
     shares = [float(side.stable.mean()) for side in sides]
     ends = (side.interval for side in sides)
     intervals = [between(100 * low, 100 * high) for low, high in ends]
-    texts = [
-        Line("stable machines [%]", "all", [short(100 * x) for x in shares], best(shares, -1)),
-        Line("", "interval", intervals, []),
+    rows = [
+        ["stable machines [%]", "all", *(three_digits(100 * x) for x in shares)],
+        ["", "interval", *intervals],
     ]
+    places = [best(shares, -1), []]
     compared = bout.compared()
     for key in dict.fromkeys([*compared, *(bout.meanings if every else ())]):
         of = {
@@ -68,10 +98,12 @@ def lines(bout: MotionComparison, every: bool = False) -> list[Line]:
         name, factor = titled(key, bout.meanings[key], of["nominal"] + of["median"])
         for what in of if every or key == compared[0] else ("median",):
             each = zip(of[what], sides, strict=True)
-            cells = [_cell(value, factor, side, what, key) for value, side in each]
-            texts.append(Line(name, what, cells, best(of[what], -1 if key in SCORES else 1)))
+            rows.append(
+                [name, what, *(_cell(value, factor, side, what, key) for value, side in each)]
+            )
+            places.append(best(of[what], -1 if key in SCORES else 1))
             name = ""
-    return texts
+    return rows, [[k + 2 for k in some] for some in places]
 
 
 def titled(key: str, meaning: str, values: Sequence[float | None]) -> tuple[str, float]:
@@ -92,12 +124,7 @@ def called(bout: MotionComparison, key: str) -> str:
     return bout.meanings[key] if key in SCORES else metric(key, bout.meanings[key])[0]
 
 
-def short(value: float) -> str:
-    """A number with three digits, or all before the point."""
-    return digits(value, 3)
-
-
-def between(low: float, high: float, write: Callable[[float], str] = short) -> str:
+def between(low: float, high: float, write: Callable[[float], str] = three_digits) -> str:
     """Text of an interval."""
     return f"{write(low)}–{write(high)}"
 
@@ -106,10 +133,10 @@ def _cell(value: float | None, factor: float, side: DesignStatistics, what: str,
     if what == "nominal" and key in side.ranges:
         return range_text(side.ranges[key])
     if value is not None:
-        return short(factor * value)
+        return three_digits(factor * value)
     share = {"median": HALF, "95 %": NEARLY_ALL}.get(what)
     stable = side.nominal_stable if share is None else side.stable.mean() >= share
-    return NONE if stable else "unstable"
+    return MISSING if stable else "unstable"
 
 
 def best(values: Sequence[float | None], sign: int) -> list[int]:
@@ -120,8 +147,33 @@ def best(values: Sequence[float | None], sign: int) -> list[int]:
     return [k for k, x in enumerate(values) if x is not None and sign * x == min(known)]
 
 
-#: Heads of the columns of ``difference_row`` after the two designs.
-DIFFERENCE_HEAD = ["median ratio", "better on", "p (Holm)", "both stable", "only one", "neither"]
+def difference_table(comparison: Comparison, bout: MotionComparison, key: str) -> Table:
+    """Differences of the first design from the others by a metric."""
+    first = next(iter(comparison.designs))
+    rows = [
+        [one.second, *difference_row(one)]
+        for one in comparison.of(bout.name, key)
+        if one.first == first
+    ]
+    title, name = f"{bout.name}, {called(bout, key)}: {first} over", called(bout, key)
+    machines = f"on {comparison.machines} machines within {comparison.within}"
+    about = f"{bout.name}: {name} of {first}, the first, and each other design {machines}: "
+    caption = about + DIFFERENCES.format(len(comparison.differences))
+    return Table(caption, ["over", *DIFFERENCE_HEAD], rows, title=title)
+
+
+def other_differences(comparison: Comparison, bout: MotionComparison) -> Table:
+    """All differences in a motion other than those of its first ``difference_table``."""
+    main, first = bout.compared()[0], next(iter(comparison.designs))
+    rows = [
+        [x.first, x.second, called(bout, x.metric), *difference_row(x)]
+        for x in comparison.differences
+        if x.motion == bout.name and (x.metric, x.first) != (main, first)
+    ]
+    machines = f"{comparison.machines} machines within {comparison.within}"
+    caption = f"{bout.name}: every other pair and metric on {machines}"
+    key = f": {DIFFERENCES.format(len(comparison.differences))}"
+    return Table(caption, ["first", "second", "metric", *DIFFERENCE_HEAD], rows, key=key)
 
 
 def difference_row(one: Difference) -> list[str]:
@@ -138,7 +190,7 @@ def difference_row(one: Difference) -> list[str]:
 def ratio_text(value: float) -> str:
     """Text of a ratio: 0 if only the first, infinite if only the second is stable."""
     if isnan(value):
-        return NONE
+        return MISSING
     return f"{value:.3g}" if isfinite(value) else "∞"
 
 

@@ -24,8 +24,8 @@ from hfc_design.search.successive_halving import heats
 ASKING = 18
 #: How often samples are drawn in place of those that are broken before anything is simulated.
 AGAIN = 3
-#: First means that are looked at, how far around, in first standard deviations, and how many
-#: generations of them are simulated.
+#: Number of first means that are drawn, their spread in first standard deviations, and number of
+#: generations in which the best of them are simulated.
 MANY, WIDE, TRIED = 2048, 4.0, 6
 #: Averages that are kept on the way: of few machines the last one need not be the soundest.
 TRAIL = 40
@@ -179,7 +179,7 @@ class Cma(NamedTuple):
         return CmaState(population, np.full(place.room, -np.inf), about, trail, each, hard)
 
     def _promising(self, stage: Stage, mean: Floats, tree: Integers) -> Integers:
-        """The structures, of many a generation of them by what they are worth at a ``mean``."""
+        """The structures; if they are many, one generation of them, the best at ``mean`` first."""
         if self.task.worth is None or len(tree) <= self.settings.trees:
             return tree
         tree = tree[: self.settings.population]
@@ -189,7 +189,7 @@ class Cma(NamedTuple):
     def _apart(
         self, stage: Stage, one: Distribution, count: int, rng: np.random.Generator
     ) -> Floats:
-        """(``count``, size) first means: what begins elsewhere may end elsewhere.
+        """(``count``, size) first means; different starts may end in different optima.
 
         The first is that of the stage, unless it is broken. Then all are the best of many, from far
         around, of which those that are broken least are simulated.

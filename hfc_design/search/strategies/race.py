@@ -26,9 +26,9 @@ KIN = 1e-3
 class RaceSettings(Bounds, StrategySettings):
     """A race of structures: every tree is an island, and after each heat half of them remain.
 
-    Some of the first individuals know the machine, if the kind of controller can. Inside an island
-    individuals breed; when few islands are left, Gauss-Newton steps from the best of an island
-    compete with its children.
+    Some of the first individuals use knowledge of the machine, if the kind of controller has it.
+    Inside an island individuals breed; when few islands are left, Gauss-Newton steps from the best
+    of an island compete with its children.
     """
 
     preset: Literal["race"] = "race"

@@ -53,7 +53,7 @@ def test_the_margin_of_a_linear_design_is_that_of_the_published_formula(tmp_path
     """K_1 up to which the linear loop u = K_1 e is stable (JK04 eq. 19), over the kp of the PD."""
     limit = stable_range(40.0, 0.055, 0.01).k1_linear
     found = points(linear(tmp_path))
-    assert [one["point"] for one in found] == ["100"]
+    assert [one["point"] for one in found] == ["100 BLU/s"]
     for one in found:
         assert one["stable"]
         assert one["gain_up"] == pytest.approx(limit / 1.2, rel=1e-6)

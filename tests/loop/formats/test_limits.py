@@ -118,3 +118,12 @@ def test_a_limit_that_cannot_be_is_refused(key, value, where):
     with refused() as found:
         hfc.load_scenario("feed-drive-line", {key: value})
     assert f"{found.where}: {where}" in found.refusal
+
+
+@pytest.mark.parametrize(("key", "given"), [("lag_s", 1e-3), ("delay_samples", 0.5)])
+def test_the_fmu_of_a_loop_refuses_a_drive_that_it_does_not_simulate(key, given, tmp_path):
+    design = hfc.load_design("pd-only", {f"limits.{key}": given})
+    with refused() as line:
+        hfc.export(design, "fmu-loop", tmp_path / "loop")
+    assert f": limits.{key} = " in line.refusal
+    assert [*tmp_path.iterdir()] == []

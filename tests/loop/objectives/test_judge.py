@@ -1,5 +1,6 @@
 """One object judges closed loops: in searches, in the final choice, in scores and in reports."""
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from calm import CALM, SMALL, given
@@ -9,7 +10,9 @@ from hfc_design import api
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.objectives.judge import Judged, judge
 from hfc_design.objectives.lin_lee import lin_lee
+from hfc_design.objectives.metrics import metric
 from hfc_design.objectives.objective import Moment
+from hfc_design.objectives.tolerances import tolerances
 
 
 def judged(fitness, shares, penalty, positions=(0.0, 0.0, 0.0)):
@@ -124,3 +127,20 @@ def test_sticking_takes_its_share_of_the_score():
     plain = 1000 * (3 / 5 + 0.1 / sum(rates))
     assert scored(lin_lee(), moments, 4.0) == pytest.approx(plain / (1 + 4 * 0.5))
     assert scored(lin_lee(), moments, 0.0) == pytest.approx(plain)
+
+
+@pytest.mark.parametrize(
+    ("objective", "half"),
+    [(tolerances(((metric("rms_error"), 0.5, 1.0),)), 2.0), (lin_lee(3.0, 0.0), 12000.0)],
+)
+def test_an_axis_without_any_error_is_finite_and_better_than_any_other(objective, half):
+    """That which friction holds: 1 / 0 would be taken for a loop that diverges."""
+
+    def fitness(error):
+        moment = Moment(*[jnp.zeros(())] * 6, sample_time=1e-3)._replace(error=jnp.asarray(error))
+        sums = objective.update(objective.initial(jnp.zeros(())), (moment,), None)
+        return float(objective.score(sums))
+
+    assert fitness(0.25) == pytest.approx(half)  # half the target; 3 * 1000 / 0.25
+    assert np.isfinite(fitness(0.0))
+    assert fitness(0.0) > fitness(1e-5) > fitness(0.25)

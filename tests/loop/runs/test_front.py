@@ -14,7 +14,7 @@ from hfc_design.controllers.genome import taken
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import RunError
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.report.trade_off import table as shown
+from hfc_design.report.trade_off import front_table
 from hfc_design.runs import champion
 from hfc_design.runs import front as fronts
 from hfc_design.runs import run as design
@@ -60,7 +60,7 @@ def test_nearest_is_in_shares_of_the_front(folder):
 
 def test_the_table_has_the_ends_and_the_marked_points(folder):
     _, result = design.finished_run(folder)
-    head, rows = shown(result.front, 5)
+    _, head, rows, *_ = front_table(result.front, 5)
     numbers = [int(row[0]) - 1 for row in rows]
     assert {0, result.front.knee, result.front.best, len(result.front.merit) - 1} <= {*numbers}
     assert head[0] == "point"

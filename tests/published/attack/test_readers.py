@@ -175,7 +175,7 @@ def change(place, text):
     told = text.decode(errors="surrogateescape")
     found = load_design("jee-koren-2004-flc", [told])
     assert parse_design(design_json(found), "again") == found
-    assert set_keys([told], "--change").keys() == {told.partition("=")[0].strip()}
+    assert set_keys([told], "change").keys() == {told.partition("=")[0].strip()}
 
 
 FLC = load_design("jee-koren-2004-flc")

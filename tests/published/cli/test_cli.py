@@ -19,7 +19,8 @@ def test_what_draws_nothing_does_not_import_what_draws():
     assert done.stdout.splitlines()[-1] == "[]"
 
 
-def test_design_makes_a_run_and_shows_it_beside_the_published_ones(tmp_path):
+def test_design_makes_a_run_and_shows_it_beside_the_published_ones(tmp_path, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "120")  # no head is wrapped
     done = hfc("design", "c-axis-ramp", *SMALL, "--out", tmp_path / "run")
     assert done.exit_code == 0, done.output
     for part in ("this design", "fitness", "PD only", str(tmp_path / "run"), "report.html"):

@@ -16,7 +16,7 @@ PIDS = ["huang-pid", ROOT / "experiments/designed_contours/table-expert-pid.json
 def test_tables_mark_the_best_and_say_what_was_drawn(tmp_path):
     found = hfc("compare", *TWO, *SHORT, "--spread", "0.1", "--seed", "4")
     assert found.exit_code == 0, found.output
-    assert "c-axis-ramp, 6 machines within ±10 %" in found.stdout
+    assert "c-axis-ramp, 6 machines within +-10 %" in found.stdout
     lines = found.stdout.splitlines()
     stable = next(line for line in lines if line.startswith("stable machines [%]"))
     assert stable.split() == ["stable", "machines", "[%]", "all", "100", "100"]
@@ -34,7 +34,7 @@ def test_single_parameters_have_a_tolerance_of_their_own(tmp_path):
     few = ["--set", "simulation.duration_s=0.3", "--machines", "20"]
     found = hfc("compare", *PIDS, *few, *single, "--csv", table)
     assert found.exit_code == 0, found.output
-    assert "20 machines within ±1 %, backlash ±50 %" in " ".join(found.stdout.split())
+    assert "20 machines within +-1 %, backlash +-50 %" in " ".join(found.stdout.split())
     with table.open(newline="") as file:
         rows = [row for row in csv.DictReader(file) if row["design"] == "huang-pid"]
     backlash, mass = (np.array([float(row[f"x_{name}"]) for row in rows]) for name in PARAMETERS)

@@ -46,7 +46,7 @@ def test_a_published_design_that_a_millionth_moves_is_told_as_a_range():
     ends = {"lowest": min(alone), "highest": max(alone), "count": 64}
     assert score["chaotic"] is True
     assert {key: score["repeats"]["fitness"][key] for key in ends} == pytest.approx(ends, rel=1e-6)
-    (_, told), *_ = score_rows(scenario.judge(), [found], ".4g", "-")
+    (_, told), *_ = score_rows(scenario.judge(), [found]).values()
     assert told == f"{min(alone):.4g} to {max(alone):.4g} (chaotic)"
     (note,) = notes(scenario, {"it": found})
     repeats = "in 64 repeats with the command changed by up to one millionth"
@@ -66,6 +66,6 @@ def test_a_published_design_that_is_not_chaotic_has_one_figure():
     assert not found.chaotic
     assert found.worth == found.merit
     assert {"chaotic", "repeats"}.isdisjoint(found.score(scenario.judge()))
-    (_, told), *_ = score_rows(scenario.judge(), [found], ".4g", "-")
+    (_, told), *_ = score_rows(scenario.judge(), [found]).values()
     assert told == f"{found.fitness:.4f}"
     assert notes(scenario, {"it": found}) == []

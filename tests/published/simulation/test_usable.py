@@ -152,7 +152,7 @@ def test_a_loop_that_swings_at_rest_is_of_no_use():
     )
     short = calm._replace(motions=good, required_margins={"phase_margin_deg": 179.0})
     assert not short.yes
-    assert short.answer.startswith("no: phase_margin_deg ")
+    assert short.answer.startswith("no: phase margin ")
     assert "allowed at least 179" in short.answer
     assert never.numbers()["loop_stable"] is False
 

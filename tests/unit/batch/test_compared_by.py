@@ -96,8 +96,8 @@ def test_it_counts_with_the_lower_end_and_is_told_as_a_range(tmp_path):
     runs = {row["run"]: row for row in table(tmp_path / "runs.csv")}
     assert [runs[name]["fitness"] for name in (first, second)] == ["362.04", "398.0"]
     assert [row["fitness_highest"] for row in runs.values()] == ["511.0", "441.0", "", ""]
-    assert "<td>362 to 511 (chaotic)</td>" in page
-    assert "<td>430.0</td>" not in page
+    assert '<td class="value">362 to 511 (chaotic)</td>' in page
+    assert "430.0</td>" not in page
     assert "A chaotic design (2) has a range (in 64 repeats" in page
 
 

@@ -6,7 +6,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import click
 import pytest
 from click.shell_completion import BashComplete, FishComplete, ZshComplete
 from click.testing import CliRunner
@@ -14,6 +13,7 @@ from click.testing import CliRunner
 from hfc_design.cli import main
 from hfc_design.cli import options as common
 from hfc_design.cli.binding import Answer, Texts, Together, argument, command, option
+from hfc_design.core.tables import text
 from hfc_design.files.design import builtin_designs
 from hfc_design.files.machine import ALL_PLANTS
 from hfc_design.files.named_scenario import builtin_names
@@ -41,7 +41,7 @@ def scale(
 ):
     """Scale NUMBER by a law."""
     found = {"value": law(number), "names": names, "least": least, "loud": loud}
-    return Answer(found, lambda: click.echo(f"value {found['value']:g}"), [out_file or Path("-")])
+    return Answer(found, lambda: [text(f"value {found['value']:g}")], [out_file or Path("-")])
 
 
 @pytest.mark.parametrize(

@@ -8,9 +8,12 @@ import pytest
 from click.testing import CliRunner
 from places import ROOT
 from run_folders import hfc
+from wording import refused_command
 
 from hfc_design.cli import main
+from hfc_design.files.design import named_design
 from hfc_design.files.named_scenario import load_scenario
+from hfc_design.objectives.metrics import METRICS
 from hfc_design.reference.entries import things
 from plants import C_AXIS
 from plants.milling_table import MILLING_TABLE
@@ -100,15 +103,23 @@ def test_all_defaults_at_once_change_nothing(tmp_path):
     file = tmp_path / "mine.toml"
     hfc("init", "--out", file)
     before = load_scenario(str(file)).model_dump(exclude={"plant"})
-    text = file.read_text().partition("#[[windows]]")[0]
+    text, *windows = file.read_text().partition("#[[windows]]")
     for table in ("plant", "simulation", "limits", "sensors", "search", "run"):
         head, found, rest = text.partition(f"\n[{table}]\n")
         own, mark, after = rest.partition("\n\n")
         own = re.sub(r"^#(\w+ = (?!NUMBER|\"TEXT|\.\.\.))", r"\1", own, flags=re.MULTILINE)
         text = head + found + own + mark + after
-    file.write_text(text)
+    file.write_text("".join([text, *windows]))
     assert text.count("\nsubsteps = 1") == 1
     assert load_scenario(str(file)).model_dump(exclude={"plant"}) == before
+
+
+def test_the_start_of_a_motion_that_is_no_longer_commented_is_a_table_of_it(tmp_path):
+    file = tmp_path / "mine.toml"
+    hfc("init", "--out", file)
+    text = file.read_text().replace("#[[motions]]", '[[motions]]\nname = "off"')
+    file.write_text(text.replace("#[motions.start]", "[motions.start]\nspindle_angle = 0.01"))
+    assert load_scenario(str(file)).motions[0].start == {"spindle_angle": 0.01}
 
 
 @pytest.mark.parametrize("kind", ["pid", "pid+ff", "lqr"])
@@ -130,3 +141,36 @@ def test_help_fits_into_80_columns(command):
     told = CliRunner().invoke(main, [command, "-h"], env={"COLUMNS": "80"}).stdout
     assert max(map(len, told.splitlines())) <= 80
     assert not re.search(r"\w\.\.\.$", told, re.MULTILINE)
+
+
+def test_a_misspelt_metric_is_unknown_and_a_margin_is_no_target(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text(
+        'fitness.kind = "tolerances"\n'
+        "[constraints]\nrms_eror = 1\nsensitivity = 2\nband = 3\nsettling_time = 1\n"
+        "[fitness.tolerances]\ngain_margin = 2\nrms_contour_error = 1\n"
+        "chater = { tolerance = 1, weight = 3 }\n"
+    )
+    line = refused_command("show", "scenario", file)
+    found = re.findall(r"([\w.]+): unknown metric", line)
+    assert found == [
+        "fitness.tolerances.gain_margin",
+        "fitness.tolerances.chater.tolerance",
+        "constraints.rms_eror",
+        "constraints.settling_time",
+    ]
+
+
+def test_every_metric_of_a_table_has_a_meaning():
+    """By the names of the columns themselves, of an axis, a path and a program."""
+    known = {one.name for one in things("metric")}
+    assert {one.name for one in METRICS} <= known
+    done = hfc("show", "metric", "settling_time")
+    assert "below a tenth of its maximum [s]; in tables only" in " ".join(done.stdout.split())
+
+
+@pytest.mark.parametrize("name", [one.name for one in things("design")])
+def test_the_list_of_designs_names_kind_and_plant(name):
+    design = named_design(name)
+    meaning = next(one.meaning for one in things("design") if one.name == name)
+    assert meaning.startswith(f"{design.controller.kind} for {design.plant.name}: ")

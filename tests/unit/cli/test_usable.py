@@ -7,9 +7,9 @@ from wording import refused
 
 from hfc_design.cli.scoring import WARNING, show_usable
 from hfc_design.core.records import RunError
-from hfc_design.report.parts import usable_numbers
-from hfc_design.runs.attained import ATTAINABLE, attained_rows, attained_told, kept_attained
+from hfc_design.runs.attained import ATTAINABLE, attained_table, attained_told, kept_attained
 from hfc_design.runs.run import USABLE, kept_use
+from hfc_design.simulation.usable_tables import motions_table
 
 
 def of_motion(share, factor, limited):
@@ -29,6 +29,8 @@ def of_motion(share, factor, limited):
 ANSWER = {
     "usable": False,
     "answer": "no: only 98 % of 50 unseen machines within +-20 % pass; 1 oscillates in b",
+    "spread": 0.2,
+    "machines": 50,
     "share": 0.98,
     "interval": [0.8935, 0.9995],
     "gain": [0.5, 1.26],
@@ -46,11 +48,10 @@ def test_the_table_by_hand(capsys):
     assert lines[0].startswith("Can I use it? no: only 98 % of 50 unseen machines")
     assert max(map(len, lines)) <= 80
     rows = {line.split()[0]: line.split()[1:] for line in lines if line[:2] in ("a ", "b ")}
-    # Share, error [urad] median and 95 %, chatter median and largest, peak the same, at limit.
-    assert rows["a"] == ["100", "2", "3", "2", "4", "20", "40", "0"]
-    assert rows["b"] == ["98", "4", "6", "4", "8", "40", "80", "25"]
+    # Share, error [urad], chatter, peak and largest share at a limit.
+    assert " ".join(rows["a"]) == "100 2 / 3 2 / 4 20 / 40 0"
+    assert " ".join(rows["b"]) == "98 4 / 6 4 / 8 40 / 80 0.25"
     text = " ".join(told.out.split())
-    assert "settled rms error | chatter | peak | at limit" in text
     assert "[urad]" in text
     share = "98 % (89.35 to 99.95 % with 95 % confidence) pass: stable"
     assert f"{share}; there are no constraints to meet" in text
@@ -60,6 +61,23 @@ def test_the_table_by_hand(capsys):
     assert "still passes with the command multiplied by 0.5 to 1.26" in text
     assert "numerics: merit changes by 1.2 % in float64, 0.34 % with finer time steps" in text
     assert told.err == WARNING + "\n"
+
+
+@pytest.mark.parametrize(
+    ("changes", "advice"),
+    [
+        ({"precision": 0.28}, "search again with --precision float64"),
+        ({"substeps": 0.06}, "search again with four times simulation.substeps"),
+        ({"precision": 0.28, "chaotic": True, "repeats": [1.0, 2.0]}, ""),
+        ({"precision": 0.04, "substeps": None}, ""),
+    ],
+)
+def test_numbers_that_are_too_coarse_get_advice(changes, advice, capsys, monkeypatch):
+    monkeypatch.setattr("hfc_design.simulation.acceptance.merit_text", lambda numbers: "")
+    show_usable(ANSWER | changes)
+    text = " ".join(capsys.readouterr().out.split())
+    assert advice in text
+    assert ("too coarsely" in text) == bool(advice)
 
 
 def test_a_no_says_what_would_give_a_yes(capsys):
@@ -72,25 +90,26 @@ def test_a_no_says_what_would_give_a_yes(capsys):
     rows = [line.split() for line in below.splitlines()]
     assert ["constraints.late_error", "2", "mrad", "2.6", "mrad", "31", "99.8"] in rows
     assert ["robust.spread", "0.2", "-", "-", "95.5"] in rows
-    assert "\n31 oscillate in b\nlost by it: machines" in below
+    assert "\n31 oscillate in b\n" in below
+    assert "\nLost by it: machines" in below
     assert max(map(len, told.splitlines())) <= 80
 
 
 def test_rows_and_the_line_of_a_design():
     one = {"bound": 0.02, "reached": 0.025, "sum_error": 0.05, "simple": 0.01, "samples": 9}
     found = {"unit": "rad", "motions": {"ramp": one}}
-    assert attained_rows(found) == [["ramp", "0.02", "0.025", "0.05", "2.5", "2"]]
+    assert attained_table(found).rows == [["ramp", "0.02", "0.025", "0.05", "2.5", "2"]]
     assert attained_told(found) == (
         "sum |e| 0.05 rad: 2.5 times the certified bound 0.02, "
         "2 times the best open-loop voltage 0.025"
     )
     slow = attained_told(found | {"left_out": "limits.command_rate"})
-    assert slow.endswith("the best open-loop voltage 0.025 (limits.command_rate is left out)")
+    assert slow.endswith("the best open-loop voltage 0.025 (left out: limits.command_rate)")
     lost = {"motions": {"ramp": one | {"sum_error": None}}}
-    assert attained_rows(lost) == [["ramp", "0.02", "0.025", "–", "–", "–"]]
+    assert attained_table(lost).rows == [["ramp", "0.02", "0.025", "–", "–", "–"]]
     assert attained_told(lost) == ""
     nothing = {"motions": {"ramp": one | {"bound": 0.0, "reached": 0.0}}}
-    assert attained_rows(nothing) == [["ramp", "0", "0", "0.05", "–", "–"]]
+    assert attained_table(nothing).rows == [["ramp", "0", "0", "0.05", "–", "–"]]
 
 
 TEXTS = ["", "{", "[]", '{"motions": 3}', '{"motions": {}}', '{"motions": {"a": {"bound": "no"}}}']
@@ -129,7 +148,10 @@ def test_numbers_of_use_are_read_back_or_refused_key_by_key(tmp_path):
     file = tmp_path / USABLE
     file.write_text(json.dumps(good))
     assert kept_use(tmp_path) == good
-    usable_numbers(good)
+    (row,) = motions_table(good).rows
+    assert row == ["ramp", "50", "1 / –", *["1 / 2"] * 3]
+    (row,) = motions_table(good, largest=True).rows
+    assert row == ["ramp", "50", *["1 / 2"] * 4]
     for key in good:
         for wrong in ({k: x for k, x in good.items() if k != key}, good | {key: [["x"]]}):
             file.write_text(json.dumps(wrong))

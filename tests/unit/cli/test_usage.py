@@ -21,7 +21,7 @@ MISTAKES = {
     "explain jee-koren-2004-flc --at error=１,error_change=0": "--at 'error=１'",
     "score pd-only --memory １GB": "--memory or HFC_MEMORY １GB",
     "list plnats": "WHAT plnats",
-    "list": "list",
+    "explain": "explain",
     "export pd-only": "export",
     "design --polsh 3": "design",
     "--bogus": "no such option '--bogus'",
@@ -55,6 +55,13 @@ def test_a_mistake_is_a_line_with_what_is_allowed(command, tmp_path, monkeypatch
     assert line.where == MISTAKES[command]
     assert len(plain_lines(Exception(line.rstrip()), "hfc: ")) == 1
     assert [*tmp_path.iterdir()] == []
+
+
+@pytest.mark.parametrize("command", ["list", "show"])
+def test_without_an_argument_a_list_is_its_help(command):
+    done = hfc(command)
+    assert done.exit_code == 2
+    assert done.stderr == hfc(command, "-h").stdout + "\n" * (not done.stderr.endswith("\n"))
 
 
 def single(command):

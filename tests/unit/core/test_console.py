@@ -8,7 +8,8 @@ import pytest
 from rich.console import Console
 
 from hfc_design.core import console
-from hfc_design.core.console import ProgressBar, busy, plain_table, show_whole
+from hfc_design.core.console import ProgressBar, busy, show
+from hfc_design.core.tables import Table
 from hfc_design.core.wording import percent
 
 WIDTHS = 40, 60, 80, 120
@@ -54,21 +55,18 @@ def test_the_time_left_stays_longest(at, width):
 
 @pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize("terminal", [True, False])
-def test_numbers_of_a_table_are_never_cut(at, width, terminal):
+def test_numbers_of_a_table_are_never_cut(at, capsys, width, terminal):
     shown = at(width, terminal)
-    table = plain_table(title="title", caption="caption in as much room as there is")
-    table.add_column("metric", no_wrap=True)
-    for name in NUMBERS:
-        table.add_column(f"design\n{name}", justify="right")
-    for row in range(3):
-        table.add_row(f"metric_{row}_of_a_loop", *NUMBERS)
-    show_whole(table)
+    head = ["metric", *(f"design {name}" for name in NUMBERS)]
+    rows = [[f"metric_{row}_of_a_loop", *NUMBERS] for row in range(3)]
+    show(Table("caption in as much room as there is", head, rows, lines=["a line ±1 µm"]))
+    said = capsys.readouterr().out
     text = shown.getvalue()
     assert "…" not in text
     assert max(map(len, text.splitlines())) <= width
     for number in NUMBERS:
         assert len(re.findall(rf"(?<![\w.]){re.escape(number)}(?![\w.])", text)) == 4
-    assert (text.count("title"), text.count("caption in as much room as there is")) == (1, 1)
+    assert " ".join(said.split()) == "caption in as much room as there is a line +-1 um"
     tables = text.count("metric\n") or len(re.findall(r"^metric\b", text, re.MULTILINE))
     assert (tables > 1) == (width < 100)
 
@@ -104,3 +102,14 @@ def test_a_terminal_of_no_columns_has_the_usual_ones(monkeypatch):
     assert console.room() == 80
     monkeypatch.setenv("COLUMNS", "40")
     assert console.room() == 40
+
+
+def test_a_title_stands_for_the_caption_and_the_best_are_marked(at, capsys):
+    shown = at(80)
+    rows = [["a", "1–2", "never"], ["b", "–", "3"]]
+    show(Table("caption", ["metric", "one", "two"], rows, [[1], []], "title"))
+    assert [line.split() for line in shown.getvalue().splitlines()[2:]] == [
+        ["a", "1-2", "*", "never"],
+        ["b", "-", "3"],
+    ]
+    assert capsys.readouterr().out == "title\n"

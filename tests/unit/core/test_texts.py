@@ -143,7 +143,7 @@ def test_changes_of_a_command_line():
     ):
         line(load_scenario, "c-axis-ramp", [change])
     line(load_scenario, {"description": "\udcff"})
-    assert set_keys(['a="b"\nfoo=3'], "--set") == {"a": '"b"\nfoo=3'}
+    assert set_keys(['a="b"\nfoo=3'], "set") == {"a": '"b"\nfoo=3'}
 
 
 def test_a_file_of_a_change_is_where_the_user_stands_else_beside_the_scenario(

@@ -109,3 +109,12 @@ def test_what_varies_is_seldom():
     """Else nothing would be compared."""
     for path in NOTEBOOKS:
         assert sum(map(len, texts(stored(path)))) > 150, path
+
+
+def test_the_words_are_in_alphabetical_order():
+    rows = (
+        (ROOT / "docs" / "concepts.md").read_text().partition("| word | meaning |\n|---|---|\n")[2]
+    )
+    words = [row.split(" | ")[0].strip("| *").lower() for row in rows.splitlines()]
+    assert words == sorted(words)
+    assert {"blu", "chatter", "margin", "observer", "settled"} <= {*words}

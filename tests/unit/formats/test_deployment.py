@@ -141,6 +141,10 @@ def test_the_page_says_what_is_filtered_and_limited():
     assert "The command is not limited" in page(named_design("pd-only"))
 
 
+def test_the_page_of_a_design_without_an_answer_says_so():
+    assert "its scenario has no `[robust]`: see `hfc score`" in page(named_design("pd-only"))
+
+
 def test_the_page_has_what_the_design_was_tried_under():
     """Of a file that was edited: nothing of it, and no markup."""
     held = {"name": "2 times | *the* noise", "holds": True, "share": 1.0, "merit": 0.8}
@@ -149,7 +153,7 @@ def test_the_page_has_what_the_design_was_tried_under():
     used = {"share": 0.99, "spread": 0.03, "machines": 1000, "stress": [held, broken]}
     design = named_design("pd-only").model_copy(update={"score": {"usable": used}})
     text = page(design)
-    assert "| stress | passes on [%] | merit [times] |\n|---|---|---|\n" in text
+    assert "| stress | stable on [%] | merit [times] |\n|---|---|---|\n" in text
     assert "\n| 2 times \\| \\*the\\* noise | 100 | 0.80 |\n" in text
     assert "\n| a backlash of 3 steps | 25 | breaks |\n" in text
     assert "\n- breaks: with a backlash of 1.5 steps it oscillates in there\n" in text

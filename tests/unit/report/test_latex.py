@@ -7,8 +7,8 @@ import tex
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hfc_design.plotting.latex import escaped, table
-from hfc_design.plotting.section import Listing
+from hfc_design.core.tables import Table
+from hfc_design.plotting.latex import escaped, latex
 
 #: Letters that TeX takes for something else, and others.
 LETTERS = st.text(r"\{}$&#%_^~<>|`'-,[]*aZ0.éλφγΩ≤∞")
@@ -28,17 +28,17 @@ def test_what_stands_below_and_above_the_line():
     """Two digits below are one index; of a unit the powers are above, of a name nothing is."""
     assert escaped("A₁₂ of 3") == "A$_{12}$ of 3"
     head = ["m2 [V2 s]", "rad/s2", "a [mm3/s2]", "[b2_x3]"]
-    text = table("x", Listing("c", head, [["a2 [1e2]", *"123"]]))
+    text = latex("x", Table("c", head, [["a2 [1e2]", *"123"]]))
     assert r"m2 [V$^2$ s] & rad/s2 & a [mm$^3$/s$^2$] & [b2\_x3]" in text
     assert "a2 [1e2] & 1" in text
-    gains = table("x", Listing("c", ["gain", "value", "unit"], [["k2", "1.5", "A/(mm/s2)"]]))
+    gains = latex("x", Table("c", ["gain", "value", "unit"], [["k2", "1.5", "A/(mm/s2)"]]))
     assert r"k2 & 1.5 & A/(mm/s$^2$) \\" in gains
 
 
 def test_every_row_has_the_cells_of_the_head():
     head = ["metric [%]", "a", HOSTILE]
     cells = [["[x]", "1.5", HOSTILE], ["*", "-2", "b"], ["c", "–", "–1"]]
-    text = table("name", Listing(f"100 % of {HOSTILE}", head, cells))
+    text = latex("name", Table(f"100 % of {HOSTILE}", head, cells))
     found = tex.rows(text)
     assert found[0] == head
     assert found[1:] == [[cell.replace("-2", "\u22122") for cell in row] for row in cells]
@@ -64,7 +64,7 @@ def test_every_row_has_the_cells_of_the_head():
     ],
 )
 def test_numbers_have_few_digits(cell, told):
-    text = table("x", Listing("c", ["name 1e-05", "value"], [["run 1e-05", cell]]))
+    text = latex("x", Table("c", ["name 1e-05", "value"], [["run 1e-05", cell]]))
     assert r"\begin{tabular}{lr}" in text
     (name, value) = tex.rows(text)[1]
     assert name == "run 1e-05"  # a name stays what it is
@@ -73,8 +73,8 @@ def test_numbers_have_few_digits(cell, told):
 
 def test_the_best_are_bold_and_a_table_says_whose_it_is():
     rows = [["a", "1.5", "2"], ["b", "3", "4"]]
-    listing = Listing("Medians.", ["metric", "x", "y"], rows, [[1], []])
-    text = table("groups", listing, "100 %_of runs", "100-of-runs")
+    listing = Table("Medians.", ["metric", "x", "y"], rows, [[1], []])
+    text = latex("groups", listing, "100 %_of runs", "100-of-runs")
     assert [line for line in text.splitlines() if "textbf" in line] == [r"a & \textbf{1.5} & 2 \\"]
     assert r"\label{tab:100-of-runs-groups}" in text
     assert tex.printed(re.search(r"\\caption\{(.*)\}\n", text)[1]) == "100 %_of runs: Medians."

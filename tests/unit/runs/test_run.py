@@ -12,8 +12,9 @@ from short_runs import started
 from sledge import hfc
 from wording import refused, refused_command
 
+from hfc_design import api
 from hfc_design.core import checkpoint
-from hfc_design.core.records import RunError
+from hfc_design.core.records import RunError, UserError
 from hfc_design.files.named_scenario import config_toml, load_scenario, scenario_toml
 from hfc_design.reference.entries import KEY, things
 from hfc_design.runs import run
@@ -46,6 +47,31 @@ def test_folder_that_cannot_be_written(tmp_path):
     (tmp_path / "file").write_text("")
     with refused(RunError):
         started(tmp_path / "file" / "run")
+
+
+def test_a_run_that_is_refused_at_once_leaves_nothing(tmp_path, monkeypatch):
+    def refusing(*_, **__):
+        assert (folder / run.CONFIG).is_file()
+        raise UserError("the drive cannot be linearised")
+
+    monkeypatch.setattr(run, "run", refusing)
+    for folder in (tmp_path / "run", tmp_path):
+        done = hfc("design", "c-axis-ramp", "--out", folder, "--quiet")
+        assert (done.exit_code, done.stderr) == (2, "hfc: the drive cannot be linearised\n")
+        assert [*tmp_path.iterdir()] == []
+        with pytest.raises(UserError):
+            api.design("c-axis-ramp", folder)
+        assert [*tmp_path.iterdir()] == []
+
+
+def test_a_run_that_is_interrupted_at_once_can_be_resumed(tmp_path, monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(run, "run", interrupted)
+    done = hfc("design", "c-axis-ramp", "--out", tmp_path / "run", "--quiet")
+    assert done.exit_code == 1
+    assert [file.name for file in (tmp_path / "run").iterdir()] == [run.CONFIG]
 
 
 def test_what_is_commented_changes_nothing(tmp_path):

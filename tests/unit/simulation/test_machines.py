@@ -107,7 +107,7 @@ def test_machines_that_cannot_exist_are_drawn_again_and_counted(monkeypatch):
 
 @pytest.mark.parametrize(
     ("key", "where"),
-    [("--spread", "tolerances: mass"), ("robust.spread", "robust.tolerances.mass")],
+    [(None, "tolerances: mass"), ("robust.spread", "robust.tolerances.mass")],
 )
 def test_an_unknown_parameter(key, where):
     with refused() as found:

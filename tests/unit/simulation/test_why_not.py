@@ -9,10 +9,11 @@ from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.robust import RobustSettings
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import why_not
-from hfc_design.simulation.acceptance import MENDS, Stressed, stress_table, why_table
+from hfc_design.simulation.acceptance import Stressed
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.stress import cases
+from hfc_design.simulation.usable_tables import MENDS, stress_table, why_table
 from hfc_design.simulation.why_not import deviations, least, widest
 
 COUNT = 220

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hfc_design.plotting.numbers import readable
-from hfc_design.report.comparison.tables import lines
+from hfc_design.report.comparison.tables import metric_rows
 from hfc_design.report.comparison.traces import extremes
 from hfc_design.simulation.comparison import DesignStatistics, MotionComparison
 
@@ -42,16 +42,15 @@ def test_lines_by_hand():
     a = side([2e-4, 1e-4, 3e-4], [True, True, False])
     b = side([5e-4, 5e-4, 4e-4])
     c = side([1e-4, 1e-4, 1e-4], [False] * 3, nominal_stable=False)
-    all_, interval, *others = lines(bout(a=a, b=b, c=c))
-    assert all_.cells == ["66.7", "100", "0"]
-    assert all_.best == [1]
-    assert interval.cells[1] == "29.2–100"  # 0.025 ** (1 / 3)
-    assert [line.metric for line in others] == ["rms error [µrad]", "", ""]
-    assert [(line.of, line.cells, line.best) for line in others] == [
-        ("nominal", ["200", "500", "unstable"], [0]),
-        ("median", ["200", "500", "unstable"], [0]),  # of 100 200 and a failure
-        ("95 %", ["unstable", "500", "unstable"], [1]),
+    (all_, interval, *others), best = metric_rows(bout(a=a, b=b, c=c))
+    assert all_ == ["stable machines [%]", "all", "66.7", "100", "0"]
+    assert interval[3] == "29.2–100"  # 0.025 ** (1 / 3)
+    assert others == [
+        ["rms error [µrad]", "nominal", "200", "500", "unstable"],
+        ["", "median", "200", "500", "unstable"],  # of 100 200 and a failure
+        ["", "95 %", "unstable", "500", "unstable"],
     ]
+    assert best == [[3], [], [2], [2], [3]]
 
 
 def test_a_chaotic_fitness_is_a_range_and_worse_than_one_above_its_lower_end():
@@ -67,9 +66,10 @@ def test_a_chaotic_fitness_is_a_range_and_worse_than_one_above_its_lower_end():
     three = MotionComparison(
         "m", None, {"lucky": lucky, "steady": scored(380.0, {}), "lost": lost}, {}, told
     )
-    (line,) = [x for x in lines(three, every=True) if x.cells[1] == "380" and x.of == "nominal"]
-    assert line.cells == ["362 to 511 (chaotic)", "380", "diverged to 511 (chaotic)"]
-    assert line.best == [1]
+    each = zip(*metric_rows(three, every=True), strict=True)
+    (line,) = [x for x in each if x[0][1] == "nominal" and x[0][3] == "380"]
+    told = "362 to 511 (chaotic)", "380", "diverged to 511 (chaotic)"
+    assert line == (["fitness, LL eq. 5", "nominal", *told], [3])
     repeats = "in 64 repeats with the command changed by up to one millionth"
     assert [*three.chaos()] == [
         f"lucky in m: fitness is chaotic: {repeats}, it ranges from 362 to 511",

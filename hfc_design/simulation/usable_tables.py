@@ -1,0 +1,131 @@
+"""Tables of ``Usable.numbers``: the motions, the stress tests, what would give a yes."""
+
+import re
+from collections.abc import Iterable, Sequence
+
+from hfc_design.core.numbers import Json
+from hfc_design.core.tables import MISSING, Table
+from hfc_design.core.wording import three_digits
+from hfc_design.plotting.numbers import readable
+
+#: What measures of tracking are called.
+TITLES = {
+    "settled_rms_error": "settled rms error",
+    "estimated_rms_contour_error": "estimated rms contour error",
+}
+#: Captions of ``motions_table``, ``stress_table`` and ``why_table``.
+MOTIONS_ABOUT = (
+    "{} machines that the search did not use, with parameters within ±{:g} %: the share that "
+    "passes, and median / {}."
+)
+OF_ALL, OF_FIRST = (
+    "largest of each quantity",
+    "95th percentile of the error, median / largest of chatter and peak, largest share at a limit",
+)
+STRESS_ABOUT = (
+    "Conditions beyond the scenario. Stress: one at a time, on machines that pass without it, in "
+    "all motions required of them; stable: constraints do not count here; merit: of the median "
+    "machine, relative to that without stress."
+)
+#: What to do about the stress that breaks a design first, by words of its name; "": any other.
+MENDS = {
+    "mode": "record a log with higher frequencies and run hfc identify again, also with two masses",
+    "delay|loop|early": "identify delay and lag, or filter less (a faster observer)",
+    "standstill": "identify it too (--free stiction_rise,...), from a log with slow reversals",
+    "noise": 'sensors.velocity = "observer", a slower observer_hz, or a better encoder',
+    "start|rest|backwards": "add a motion that does so and search again",
+    "": "give it a tolerance in [robust.tolerances] and search again",
+}
+WHY = "Changes that would give a yes, each on its own"
+WHY_ABOUT = (
+    "Lost by it: machines that fail it, perhaps others too; without: the share without "
+    "this requirement, for spread and tolerances of machines within half of them; –: no "
+    "value suffices on its own; (n): number of machines within; the stress tests must "
+    "pass as well."
+)
+#: What the columns of ``motions_table`` are.
+COLUMNS = (
+    "settled: after settled_after_s of the scenario; chatter: rms change of the command from one "
+    "sample to the next; peak: largest command; at a limit: share of the last quarter of the "
+    "motion with the command at its limit",
+)
+#: What no drive does, in whatever unit a table has it.
+RUNAWAY = 1e9
+
+
+def tables(numbers: Json) -> list[Table]:
+    """Tables of ``Usable.numbers``: what would give a yes, the motions, the stress."""
+    why = [why_table(numbers["why_not"])] if numbers.get("why_not") else []
+    stress = [stress_table(numbers["stress"])] if numbers.get("stress") else []
+    return [*why, motions_table(numbers), *stress]
+
+
+def motions_table(numbers: Json, largest: bool = False) -> Table:
+    """Table of the motions: a row each with the share that passes, and each metric.
+
+    ``largest``: the median and the largest of all metrics; otherwise the most important ones.
+    """
+    tracked = "median", "largest" if largest else "q95"
+    motions, tracking = numbers["motions"], next(iter(numbers["units"]))
+    columns = [*zip(*(one["measures"].values() for one in motions.values()), strict=True)]
+    scales = []  # of each measure, one for all motions, in which medians are easy to read
+    for unit, column in zip([*numbers["units"].values(), "1"], columns, strict=True):
+        medians = (abs(one["median"]) for one in column if one["median"])
+        scales.append(readable(unit, min(medians, default=1.0)))
+    titles = TITLES.get(tracking, tracking), "chatter", "peak command", "share at a limit"
+    units = (f"{title} [{unit}]" for title, (_, unit) in zip(titles, scales, strict=True))
+    rows = []
+    for name, one in motions.items():
+        row = [name + " *" * (one.get("asked_of") == "nominal"), f"{100 * one['share']:.4g}"]
+        for (key, measure), (factor, _) in zip(one["measures"].items(), scales, strict=True):
+            which = [*tracked] if key == tracking else ["median", "largest"]
+            which = which[1:] if key == "limit_share" and not largest else which
+            row.append(" / ".join(_shown(measure[x], factor) for x in which))
+        rows.append(row)
+    of = OF_ALL if largest else OF_FIRST
+    about = MOTIONS_ABOUT.format(numbers["machines"], 100 * numbers["spread"], of)
+    return Table(about, ["motion", "pass [%]", *units], rows, lines=COLUMNS)
+
+
+def _shown(value: float | None, factor: float) -> str:
+    """A metric times ``factor``; "diverges" for an impossibly large one."""
+    if value is None:
+        return MISSING
+    return "diverges" if abs(factor * value) >= RUNAWAY else three_digits(factor * value)
+
+
+def why_table(analysis: Json) -> Table:
+    """Table of ``why_not``: a row for each change."""
+    head = ("change", "now", "for a yes", "lost by it", "pass without [%]")
+    keys = ("key", "now", "needed", "lost")
+    each = [([str(x[key] or MISSING) for key in keys], x["without"]) for x in analysis["changes"]]
+    rows = [[*row, f"{100 * without:.3g}"] for row, without in each]
+    return Table(WHY_ABOUT, head, rows, lines=analysis["lines"])
+
+
+def stress_table(stresses: Sequence[Json]) -> Table:
+    """A row for each stress, a line for each that breaks the design, the earliest first."""
+    each = ((x, f"{x['merit'] or 0.0:.2f}" if x["holds"] else "breaks") for x in stresses)
+    rows = [[one["name"], f"{100 * one['share']:.3g}", merit] for one, merit in each]
+    failures = (
+        (failure, part and f"; it is stable with {part}") for failure, part in _broken(stresses)
+    )
+    lines = [f"breaks: {failure}{part}" for failure, part in failures]
+    if lines:
+        first = (x for words, x in MENDS.items() if re.search(words, lines[0].split(" it ")[0]))
+        lines.append(f"first step: {next(first)}; see docs/robustness.md")
+    head = ("stress", "stable on [%]", "merit [times]")
+    return Table(STRESS_ABOUT, head, rows, lines=lines)
+
+
+def breaking(stresses: Iterable[Json]) -> str:
+    """First stress that breaks a design as stresses grow, and how many others do; "": none."""
+    first, *more = [failure for failure, _ in _broken(stresses)] or [""]
+    others = f", and {len(more)} more stress{'es break' if len(more) > 1 else ' breaks'} it"
+    return first + (others if more else "")
+
+
+def _broken(stresses: Iterable[Json]) -> list[tuple[str, str]]:
+    """Stresses that break the design and how, and the largest part of each that it passes."""
+    each = sorted((one for one in stresses if not one["holds"]), key=lambda one: float(one["part"]))
+    return [(f"with {one['breaks']} it {one['why']}", one.get("held", "")) for one in each]
