@@ -3,7 +3,7 @@
 In this folder::
 
     python 04_own_fitness.py [GENERATIONS]
-    hfc design c-axis-ramp --fitness 04_own_fitness:GENTLE
+    hfc design c-axis-ramp --controller pd --fitness 04_own_fitness:GENTLE
 """
 
 import sys

@@ -251,7 +251,8 @@ def _scenarios(path: Path, groups: Sequence[Group], keys: Sequence[str]) -> dict
         except (UserError, ValueError) as error:
             if not {key for one in scenarios.values() for key in meanings(one)} >= {*keys}:
                 needed = uses(provenance(place / DESIGN).get("plugins"), known=False)
-                why = f"give{needed}" if needed else in_a_line(str(error))
+                said = error.typed if isinstance(error, UserError) else str(error)
+                why = f"give{needed}" if needed else said
                 head = f"hfc: warning: the metrics of {group.task} are shown without units"
                 print(in_a_line(f"{head}: {why}"), file=sys.stderr)
     return scenarios

@@ -310,22 +310,33 @@ def measured_loop(
     """Loop and gains of a design, with all metrics of usability (``later``: ``closed_loop``)."""
     controller, gains = controller_of(design, scenario)
     loop = closed_loop(scenario, controller, later)
-    measures = tuple(one.metric for group in _measured(scenario) for one in group)
-    return loop._replace(judge=loop.judge._replace(measured=measures)), gains
+    measures = _once(_measured(scenario))
+    return loop._replace(judge=loop.judge._replace(measured=(*measures.values(),))), gains
 
 
 def _measured(scenario: Scenario) -> list[list[Constraint]]:
-    """Targets, constraints, what is told, and ``STABILITY``: the order of the values."""
+    """Targets, constraints, what is told, and ``STABILITY``."""
     bounds = list(constraints_on(scenario.constraints, scenario.units))
     free = ([Constraint(one, np.inf) for one in some] for some in (_reported(scenario), STABILITY))
     return [_tolerances(scenario), bounds, *free]
 
 
+def _once(groups: list[list[Constraint]]) -> dict[str, Metric]:
+    """Each metric once, by its name, in the order of the values: ``STABILITY`` comes last.
+
+    So a bound on a metric that is measured anyway needs no compiled program of its own.
+    """
+    each = [one.metric for group in groups for one in group]
+    return dict(reversed({one.name: one for one in reversed(each)}.items()))
+
+
 def _values(scenario: Scenario, judged: Judged) -> list[dict[str, tuple[Constraint, Floats]]]:
     """For each part of ``_measured``: name -> bound, and (individuals, motions) values."""
     values, groups = np.asarray(judged.values), _measured(scenario)
-    columns = iter(np.moveaxis(values[..., -sum(map(len, groups)) :], -1, 0))
-    return [{one.metric.name: (one, next(columns)) for one in group} for group in groups]
+    names = _once(groups)
+    columns = dict(zip(names, np.moveaxis(values[..., -len(names) :], -1, 0), strict=True))
+    own = ([(one.metric.name, one) for one in group] for group in groups)
+    return [{name: (one, columns[name]) for name, one in group} for group in own]
 
 
 def units(scenario: Scenario) -> dict[str, str]:

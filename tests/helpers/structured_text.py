@@ -98,7 +98,7 @@ class FunctionBlock(Interpreter):
 
     def _declare(self, keyword, *declarations):
         for *names, kind, initial in (declaration.children for declaration in declarations):
-            for name in names:
+            for name in map(str, names):  # a token takes long to compare
                 self._declared(keyword, name, kind, initial)
 
     def _declared(self, keyword, name, kind, initial):

@@ -72,9 +72,8 @@ def test_a_real_has_a_point_and_reads_back():
 
 
 @pytest.mark.parametrize("target", LANGUAGES[1:])
-@pytest.mark.parametrize("rate", [1e300])
-def test_a_unit_gives_0_where_no_rule_fires(rate, target, tmp_path):
-    FORMATS[target].write(silent(rate), tmp_path / "x")
+def test_a_unit_gives_0_where_no_rule_fires(target, tmp_path):
+    FORMATS[target].write(silent(1e300), tmp_path / "x")
     (file,) = (tmp_path / "x").glob("unit_7.*")
     at = np.array([0.1, 0.0])
     found = (System if target == "fml" else Block)(file).evaluate(

@@ -101,14 +101,8 @@ def test_errors_in_the_built_in_programs_are_those_of_a_fine_comb(name):
         assert found.contour_error[k] == pytest.approx(contour_error, rel=1e-3, abs=1e-6)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "feed-drive-contour",
-    ],
-)
-def test_so_are_those_of_programs_in_x_and_y(name):
-    program, samples, actual = lagging(load_scenario(name))
+def test_so_are_those_of_programs_in_x_and_y():
+    program, samples, actual = lagging(load_scenario("feed-drive-contour"))
     found = np.abs(nearest_in_the_plane(program, samples, actual).error)
     flat = SimpleNamespace(path=program.path, linear=np.array([True, True]))
     for k, contour_error, _ in of_chords(flat, samples, actual, 0.004):

@@ -55,8 +55,8 @@ def test_a_command_at_its_limit_keeps_to_it_in_float32(most):
 def test_a_command_at_its_limit_breaks_and_misses_nothing():
     changes = {"constraints.peak_command": 0.1, "limits.command": 0.1}
     scenario = load_scenario("c-axis-ramp", changes)
-    values = np.zeros((2, 1, 7))  # the constraint, three that are told, three of stability
-    values[:, 0, 0] = np.float32(0.1), 0.1001
+    values = np.zeros((2, 1, 6))  # three that are told, the constrained one last, and of stability
+    values[:, 0, 2] = np.float32(0.1), 0.1001
     found = broken_by(scenario, Judged(np.ones((2, 1)), values, np.zeros((2, 1), bool)))
     assert found["exceeds peak_command"].ravel().tolist() == [False, True]
     told = {"asked_of": "all", "tolerances": {}}
