@@ -4,7 +4,8 @@ BIN := $(VENV)/bin
 # Processes that test; each takes a row of tests, and when it is done half of what another has left.
 WORKERS ?= 2
 PARALLEL := -n $(WORKERS) --dist worksteal
-PYTEST := $(BIN)/pytest $(PARALLEL)
+# A test that hangs for 15 minutes has failed: its process ends with a traceback, the others go on.
+PYTEST := $(BIN)/pytest $(PARALLEL) -o faulthandler_timeout=900 -o faulthandler_exit_on_timeout=true
 # Tests of other Pythons and packages: all that compile nothing, and these of those that do.
 SMOKE := tests/unit tests/loop/simulation
 # Those whose numbers hang on a processor's instructions.

@@ -4,11 +4,12 @@ A cell is sent to a worker as data: the files of its run folder, or the folder t
 access, and the references to own plug-ins from the command line.
 """
 
+import asyncio
 import logging
 import os
 import uuid
 from collections.abc import Callable, Collection, Iterator
-from concurrent.futures import CancelledError
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -21,7 +22,9 @@ from hfc_design.core.records import RunError, UserError, checked, option
 
 try:
     import dask
+    from dask.utils import parse_timedelta
     from distributed import Client, Future, LocalCluster, wait
+    from distributed.comm import connect
     from distributed.security import Security
 
     from hfc_design.batch.worker import answer, contents, gpus
@@ -119,25 +122,39 @@ def connected(
         with _local(workers) as cluster, Client(cluster, deserializers=PLAIN) as client:
             yield Workers(client, True, on_count)
         return
-    given = {}
+    security = Security()
     if any(tls):
         scheduler = scheduler if "://" in scheduler else f"tls://{scheduler}"
-        given["security"] = _security(scheduler, tls)
+        security = _security(scheduler, tls)
     try:
-        client = Client(scheduler, timeout=ANSWER_WITHIN, deserializers=PLAIN, **given)
+        with ThreadPoolExecutor(1) as pool:  # a notebook has a loop in this thread already
+            pool.submit(asyncio.run, _answer(scheduler, security)).result()
+        client = Client(scheduler, timeout=ANSWER_WITHIN, deserializers=PLAIN, security=security)
     except TypeError:
         raise UserError(f"--scheduler {scheduler}: needs --tls-ca, --tls-cert, --tls-key") from None
     except ValueError as error:
         raise UserError(
             f"--scheduler {scheduler}: must be an address such as tcp://HOST:PORT ({error})"
         ) from None
-    except (OSError, AssertionError):  # the latter where a handshake is broken off late
-        known = " that knows these certificates" if given else ""
+    except OSError:
+        known = " that knows these certificates" if any(tls) else ""
         raise RunError(
             f"--scheduler {scheduler}: no scheduler{known} answers at this address"
         ) from None
     with client:
         yield Workers(client, shared, on_count)
+
+
+async def _answer(scheduler: str, security: Security) -> None:
+    """Wait for a scheduler's answer to a first connection.
+
+    A Client that fails to connect keeps its thread, and closes itself when Python collects it: if
+    that is while the next Client starts its own thread, it waits for ever.
+    """
+    timeout = parse_timedelta(ANSWER_WITHIN)
+    connection = security.get_connection_args("client")
+    comm = await asyncio.wait_for(connect(scheduler, timeout, **connection), timeout)
+    await comm.close()
 
 
 def _security(scheduler: str, tls: Tls) -> Security:

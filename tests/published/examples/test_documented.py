@@ -25,7 +25,7 @@ def test_the_file_of_ones_own_works_as_it_stands(tmp_path):
 
 
 def test_every_metric_is_defined_with_its_unit():
-    """Those of a scenario, then the others; units of a C-axis, of contour errors of a feed drive."""
+    """Those of a scenario, then the others, in units of a C-axis (contour errors: a feed drive)."""
     text = (DOCS / "trade-off.md").read_text()
     named, others = (
         {

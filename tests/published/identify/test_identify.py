@@ -90,7 +90,8 @@ def test_a_move_one_way_tells_what_it_can_beside_what_is_held():
     line = "where 'given', if the fixed parameters (coulomb_friction, amplifier_gain) are correct"
     told = " ".join(told.split())
     page = html.unescape(Path("stage", "report.html").read_text())
-    assert line in told and line in page
+    assert line in told
+    assert line in page
     assert "responds the same to a command" in told
     assert "the curve of a parameter given relative to a fixed one is wider" in " ".join(
         page.split()
