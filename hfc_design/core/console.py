@@ -91,7 +91,7 @@ def _bar(task: Task, length: int) -> Text:
 
 
 def _clock(seconds: float | None) -> str:
-    """Hours, minutes and seconds; dashes where nobody knows yet."""
+    """Hours, minutes and seconds; dashes while unknown."""
     if seconds is None:
         return "-:--:--"
     minutes, rest = divmod(round(seconds), 60)

@@ -27,7 +27,7 @@ def heard() -> None:
 
 
 def _ignored(fault: "sys.UnraisableHookArgs") -> None:
-    """Nothing is told of a Ctrl-C that is ignored: it is heard."""
+    """Print what Python cannot raise, except a Ctrl-C: it has been noted already."""
     if not isinstance(fault.exc_value, KeyboardInterrupt):
         sys.__unraisablehook__(fault)
 

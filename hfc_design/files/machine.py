@@ -83,10 +83,10 @@ class PlantSettings(Record):
 
     @field_validator("parameters", mode="wrap")
     @classmethod
-    def _names_told(
+    def _checked_names(
         cls, given: Any, handler: ValidatorFunctionWrapHandler, info: ValidationInfo
     ) -> Any:
-        """Names that there are not, beside values that are no numbers."""
+        """Check the parameters; unknown names are reported together with wrong values."""
         plant = info.data.get("name")
         drives = machine_of(ALL_PLANTS.get(plant)).drives if plant else ()
         unknown = _unknown(drives, given) if isinstance(given, dict) else {}

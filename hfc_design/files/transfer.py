@@ -75,7 +75,7 @@ def _parameters(plant: PlantSettings) -> dict[str, Any]:
 
 
 def _limits(design: Design, scenario: Scenario) -> str:
-    """The controller keeps to its own limits of the command, the drive has the scenario's."""
+    """Note on limits that differ: the controller keeps its own, the drive has the scenario's."""
     here = with_converter(scenario, design).limits
     axes = scenario.plant.machine.axes
     parts, controller_limits = [], []
@@ -128,7 +128,7 @@ def _by_content(key: str, file: AnyFile) -> Path:
 
 
 def _changes(made: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:
-    """Present values, and those that the design was made with where they differ."""
+    """Texts of the values that differ: the present one, and the one the design was made with."""
     keys: Iterable[str] = {**made, **here}
     differ = (key for key in keys if made.get(key) != here.get(key))
     return [f"{key} {_word(here.get(key))} (made with {_word(made.get(key))})" for key in differ]

@@ -146,7 +146,7 @@ def generations(
 
 
 def fault(search: Search, empty: Population, settings: StrategySettings) -> str | None:
-    """Line that says what is wrong with a search from a file; ``empty`` is that of its genome."""
+    """Mistake in a search read from a file, as a line; ``empty``: a population of that form."""
     generation, state, archive, history = search
     if not 1 <= generation <= settings.generations:
         return f"{generation} generations of {settings.generations}"

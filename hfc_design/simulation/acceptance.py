@@ -145,7 +145,7 @@ class Usable(NamedTuple):
 
     @property
     def _everywhere(self) -> tuple[MotionResult, ...]:
-        """The motions that are asked of all machines."""
+        """The motions that are required of all machines."""
         return tuple(one for one in self.motions if one.everywhere)
 
     @property
@@ -172,7 +172,7 @@ class Usable(NamedTuple):
 
     @property
     def short(self) -> dict[str, tuple[float | None, str]]:
-        """Margins that are not kept: each with its value (None without one) and in words."""
+        """Margins that are too small: the value of each (None without one), and a text."""
         if self.loop_stable is False:
             return {"stable": (None, UNSTABLE)}
         return self.margins.broken(self.required_margins) if self.margins else {}
@@ -315,7 +315,7 @@ def measured_loop(
 
 
 def _measured(scenario: Scenario) -> list[list[Constraint]]:
-    """Targets, constraints, what is told, and ``STABILITY``."""
+    """Targets, constraints, reported metrics and ``STABILITY``."""
     bounds = list(constraints_on(scenario.constraints, scenario.units))
     free = ([Constraint(one, np.inf) for one in some] for some in (_reported(scenario), STABILITY))
     return [_tolerances(scenario), bounds, *free]

@@ -139,7 +139,7 @@ def _constraints(scenario: Scenario, judged: Judged, lost: Mapping[str, Mask]) -
 
 
 def _motions(scenario: Scenario, lost: Mapping[str, Mask]) -> Iterator[Change]:
-    """Each motion asked of the nominal machine alone."""
+    """Changes that require one motion of the nominal machine only."""
     bad, required = np.logical_or.reduce([*lost.values()]), ~np.array(scenario.nominal_only)
     for k in np.flatnonzero(required).tolist() if required.sum() > 1 else ():
         others = failing(scenario, lost, k)
@@ -167,7 +167,7 @@ def _spread(
     bad: Mask,
     pairs: bool,
 ) -> tuple[Change, list[str]]:
-    """All tolerances smaller by the same factor, in ``pairs`` with one motion asked no longer."""
+    """Change that divides all tolerances by a factor; ``pairs``: with one motion less required."""
 
     @cache
     def lost(part: float) -> dict[str, Mask]:
