@@ -13,7 +13,7 @@ from hfc_design.motion.contour import off_path
 from hfc_design.motion.samples import PathFrame
 from hfc_design.objectives import objective
 from hfc_design.objectives.metric import Units
-from hfc_design.objectives.objective import Moment, Objective, Remaining, Sums
+from hfc_design.objectives.objective import FINEST, Moment, Objective, Remaining, Sums
 
 
 class ContourSettings(objective.ObjectiveSettings):
@@ -75,7 +75,8 @@ def _best(
 ) -> Scalar:
     squares, largest, lags, count = sums
     count = count + left.samples
-    return 1.0 / (jnp.sqrt(squares / count) + worst * largest + lag * jnp.sqrt(lags / count))
+    cost = jnp.sqrt(squares / count) + worst * largest + lag * jnp.sqrt(lags / count)
+    return 1.0 / jnp.maximum(cost, FINEST)
 
 
 def _fault(axes: int, path: bool) -> str | None:

@@ -11,18 +11,15 @@ from hfc_design.core.numbers import Scalar
 from hfc_design.core.records import NotNegative
 from hfc_design.motion.samples import PathFrame
 from hfc_design.objectives import objective
-from hfc_design.objectives.objective import Moment, Objective, Remaining, Sums
-
-#: Least sum: an axis that friction holds may have no error at all, which is no loop that diverges.
-FINEST = 1e-9
+from hfc_design.objectives.objective import FINEST, Moment, Objective, Remaining, Sums
 
 
 class LinLeeSettings(objective.ObjectiveSettings):
     """Weights a and b of LL eq. 5."""
 
     kind: Literal["lin-lee"] = "lin-lee"
-    error: NotNegative = 3.0  # weight of the squared error, LL eq. 5 [1]
-    error_rate: NotNegative = 0.1  # weight of its squared rate, LL eq. 5 [1]
+    error: NotNegative = 3.0  # weight a of the error, LL eq. 5 [1]
+    error_rate: NotNegative = 0.1  # weight b of the rate of the error, LL eq. 5 [1]
 
     @model_validator(mode="after")
     def _weighs_something(self) -> "LinLeeSettings":

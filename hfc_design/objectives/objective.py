@@ -13,6 +13,9 @@ from hfc_design.motion.samples import PathFrame
 
 #: What only its objective knows: what it has added up by some sample, scalars.
 Sums: TypeAlias = Any
+#: Least cost: an axis that friction holds may have no error at all, and an infinite fitness would
+#: count as a loop that diverges.
+FINEST = 1e-9
 
 
 class Moment(NamedTuple):

@@ -12,11 +12,7 @@ from hfc_design.core.records import Positive, Quantity, Record
 from hfc_design.motion.samples import PathFrame
 from hfc_design.objectives.metric import Metric, Units, in_units, path_fault
 from hfc_design.objectives.metrics import BAND_TIME, metric, named
-from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings, Sums
-
-#: Least cost, in targets. An axis that friction holds may have no error at all, and an infinite
-#: fitness would be taken for a loop that diverges.
-FINEST = 1e-6
+from hfc_design.objectives.objective import FINEST, Moment, Objective, ObjectiveSettings, Sums
 
 
 class Weighed(Record):

@@ -8,6 +8,7 @@ from wording import refused
 
 from hfc_design import api
 from hfc_design.files.named_scenario import load_scenario
+from hfc_design.objectives.contour import contour
 from hfc_design.objectives.judge import Judged, judge
 from hfc_design.objectives.lin_lee import lin_lee
 from hfc_design.objectives.metrics import metric
@@ -144,3 +145,8 @@ def test_an_axis_without_any_error_is_finite_and_better_than_any_other(objective
     assert fitness(0.25) == pytest.approx(half)  # half the target; 3 * 1000 / 0.25
     assert np.isfinite(fitness(0.0))
     assert fitness(0.0) > fitness(1e-5) > fitness(0.25)
+
+
+def test_a_machine_that_never_leaves_its_path_is_finite():
+    still, count = jnp.zeros(()), jnp.asarray(5.0)
+    assert np.isfinite(float(contour().score((still, still, still, count))))
