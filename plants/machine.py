@@ -26,7 +26,7 @@ Forces: TypeAlias = Callable[[Each, Each, Each], Each]
 
 @dataclass(frozen=True, eq=False)  # compared by identity: a machine is a key of compiled code
 class Machine:
-    """Axes side by side, or coupled; every function is for one machine in scalars."""
+    """Axes side by side, or coupled; every function computes one machine, with scalars."""
 
     name: str
     axes: tuple[str, ...]

@@ -81,9 +81,9 @@ class LinearProgram(NamedTuple):
 
 
 def linear_program(system: Linear, errors: Floats, low: Floats, high: Floats) -> LinearProgram:
-    """The programme for ``errors`` (steps,) without inputs, and inputs within bounds.
+    """Return the linear programme of bounded inputs that keep errors small.
 
-    The bounds are ``low`` and ``high`` (steps, inputs).
+    ``errors`` (steps,) are those without inputs; ``low`` and ``high`` (steps, inputs) bound these.
     """
     steps, states, inputs = system.b.shape
     input_range = np.maximum(np.abs(low), np.abs(high)).max(axis=0)

@@ -149,7 +149,7 @@ class Watch(ProgressBar):
         )
 
     def workers(self, count: int) -> None:
-        """Show the number of workers; without any the batch waits."""
+        """Show the number of workers; if there are none, say once that the batch waits."""
         self.show(line=f"{count} workers")
         if not (count or self._waited):
             self._waited = True

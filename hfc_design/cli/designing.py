@@ -102,7 +102,7 @@ def _scenario(
     known = common.named_part("strategy") or loaded.search.preset
     if known != loaded.search.preset:  # it is easily thought to be the one that searches
         raise refusal(
-            f"--strategy: loads {known}, but the search would use {loaded.search.preset}; "
+            f"--strategy: loads {known}, but search.preset is {loaded.search.preset}; "
             f"add --preset {known}"
         )
     check_memory(loaded)

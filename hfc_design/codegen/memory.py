@@ -88,7 +88,7 @@ def mapped(
 
 
 def things(memory: Memory, *others: Memory) -> list[tuple[Any, ...]]:
-    """Return (name, part, ...) for each part of memories, see ``mapped``."""
+    """Return (name, part, ...) for each part of a memory, with the same parts of the others."""
     listed: list[tuple[Any, ...]] = []
     mapped(lambda *one: listed.append(one), memory, *others)
     return listed

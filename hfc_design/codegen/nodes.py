@@ -286,7 +286,7 @@ def flat(places: tuple[Any, ...], shape: tuple[int, ...]) -> Any:
 
 
 class Comment(NamedTuple):
-    """Comment on the statements after it, in the law's words."""
+    """Comment on the statements after it: the first line of a docstring of the law."""
 
     text: str
 

@@ -171,7 +171,7 @@ class StructuredText(Language):
 
 
 def _left(values: Iterable[str]) -> list[str]:
-    """Return lines that leave the block if any of ``values`` is infinite or no number."""
+    """Return lines that leave the block if any of ``values`` is infinite or not a number."""
     finite = " AND ".join(f"(ABS({x}) <= greatest)" for x in values)
     outer = f"({finite})" if " AND " in finite else finite
     return [f"IF NOT {outer} THEN", "    RETURN;", "END_IF;"]

@@ -258,10 +258,10 @@ def outside(xp: Xp, dead_zone: Scalar | None, error: Scalar) -> Scalar:
 
 
 def held(xp: Xp, limit: float | None, command: Scalar, before: Scalar, after: Scalar) -> Scalar:
-    """An integral that went from ``before`` to ``after``, or its old value against windup.
+    """Return the new value ``after`` of an integral, or its old value ``before`` against windup.
 
-    It keeps its old value while the ``command`` that contains it is beyond the limit and the step
-    would increase the excess (clamping anti-windup).
+    The integral keeps its old value while the ``command`` that contains it is beyond the limit and
+    the step would increase the excess (clamping anti-windup).
     """
     if limit is None:
         return after

@@ -205,7 +205,7 @@ def finite(value: Plain) -> bool:
 
 
 def storable(value: Any) -> Any:
-    """Numbers, also in rows and tables, as a file holds them: None for one that is not finite."""
+    """Return numbers as a file stores them: None for one that is not finite, also in tables."""
     if isinstance(value, Mapping):
         return {key: storable(one) for key, one in value.items()}
     if isinstance(value, tuple | list):

@@ -109,7 +109,7 @@ def _entry(place: list[Plain], part: str, given: str) -> int:
     """The entry of a list that a part of a key names."""
     if not (part.isascii() and part.isdigit() and int(part) < len(place)):
         entries = f"the entries 0 to {len(place) - 1}" if place else "no entries"
-        raise UserError(f"{given}: {part!r} must be the number of an entry, the list has {entries}")
+        raise UserError(f"{given}: no entry {part!r}; the list has {entries}")
     return int(part)
 
 

@@ -45,7 +45,7 @@ References = list[tuple[str, str]]
 REFERENCE = re.compile(r"\w[\w.-]*:\w[\w.]*")
 ANY_CLASS = ConfigDict(arbitrary_types_allowed=True)
 #: What makes a part of one's own known.
-LOAD = either("--use module:OBJECT", "hfc.register(module.OBJECT)")
+LOAD = either("--use module:OBJECT", "hfc.register(module.OBJECT) or runtime.use")
 #: Every group, by the option that names one of it, without its dashes.
 GROUPS: "dict[str, Group[Any]]" = {}
 
@@ -112,7 +112,7 @@ class Group(Generic[Thing]):
         if not entries:
             raise UserError(
                 f"{short(name)}: unknown {self.what}; {one_of(name, self.names())}; load "
-                f"your own with {LOAD} or runtime.use"
+                f"your own with {LOAD}"
             )
         if len(entries) > 1:
             values = ", ".join(entry.value for entry in entries)
@@ -374,7 +374,7 @@ def _found_at(reference: str) -> Any:
     try:
         target = importlib.import_module(module)
     except Exception as error:  # whatever the user's code raises
-        raise UserError(f"{module} cannot be imported: {describe(error)}") from error
+        raise UserError(f"module {module} cannot be imported: {describe(error)}") from error
     for part in name.split("."):
         if not hasattr(target, part):
             known = [x for x in vars(target) if not x.startswith("_")]

@@ -127,11 +127,11 @@ def either(typed: str, in_script: str) -> str:
 
 
 def option(name: str, value: Any = NOTHING, argument: str = "", key: str | None = None) -> str:
-    """Text for a message about the option ``name``, ``_`` for ``-``, of a function's ``argument``.
+    """Name of an option in a message: ``--name``, or in a script the ``argument`` of a function.
 
-    ``argument`` is "" if it has the same name. ``value`` is what was given: True for an option
-    without value, ``...`` for one that the user should give. ``key`` is that of one of several in
-    a mapping, or without ``value`` a text among several.
+    In ``name``, ``_`` stands for ``-``; ``argument`` is "" if it equals ``name``. ``value`` is the
+    given one: True for an option without value, ``...`` if the user still has to give one. ``key``
+    is the key of ``value`` in a mapping; without ``value``, one text of an option with several.
     """
     typed, in_script = f"--{name.replace('_', '-')}", argument or name
     shown = str(value) if isinstance(value, Number) else repr(value)

@@ -65,7 +65,7 @@ def _in_a_word(kind: str) -> str:
 
 
 def _place(error: Exception) -> str:
-    """File, line and function where the user's own code was last; "" where none was."""
+    """File, line and function of the innermost frame of the user's own code; "" without one."""
     last = ""
     for frame, line in walk_tb(error.__traceback__):
         module = str(frame.f_globals.get("__name__", "")).partition(".")[0]

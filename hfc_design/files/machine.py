@@ -63,10 +63,10 @@ class Axis(NamedTuple):
 
 
 class PlantSettings(Record):
-    """The drive or machine, and the parameters that differ from the nominal one.
+    """The drive or machine, and the parameters that differ from its defaults.
 
-    A drive that moves several axes names them in ``axes``, each with its own differences; a machine
-    has names for its axes already.
+    If one drive moves several axes, ``axes`` names them, each with its own differences; a machine
+    already has names for its axes.
     """
 
     name: str = "c-axis"  # drive or machine

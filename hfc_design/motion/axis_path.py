@@ -87,7 +87,7 @@ class AxisPath(NamedTuple):
         return self.on(moved, np.where(self.linear[k], s, stopped))
 
     def block(self, way: Floats) -> Indices:
-        """Return (points,) the block in which the ``way`` (points,) ends."""
+        """Return the numbers (points,) of the blocks that contain the places ``way`` (points,)."""
         last = len(self.length) - 1
         return np.clip(np.searchsorted(self.knots, way, side="right") - 1, 0, last)
 

@@ -64,7 +64,7 @@ class TolerancesSettings(ObjectiveSettings):
 
 @cache
 def tolerances(weighed: tuple[tuple[Metric, float, float], ...]) -> Objective:
-    """``1 / cost``; the cost is the weighted mean of metric / target: 1 is just good enough.
+    """Objective ``1 / cost``; the cost is the weighted mean of metric / target: 1 meets them.
 
     ``weighed`` has metrics, targets [units of the drive] and weights.
     """

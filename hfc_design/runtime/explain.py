@@ -176,12 +176,15 @@ def _check(
     listed = ", ".join(f"{x} ({called[x]})" if x in called else x for x in names)
     for name in sample:
         if name not in names:
-            why = f"{design.name} reads {listed}"
+            why = f"unknown signal; {design.name} reads {listed}"
             if not alone and (name in before or name in others):
-                why = "with several samples the first starts from rest, and each precedes the next"
+                why = (
+                    "must be left out with several samples: each takes it from the one before, and "
+                    "the first starts from rest"
+                )
             x = f"{sample[name]:g}"
             given = either(f"--at {name}={x}", f"sample={{{name!r}: {x}}}")
-            raise UserError(f"{given}: unknown signal; {why}")
+            raise UserError(f"{given}: {why}")
     for new, old in others.items():
         if new in sample and old in sample:
             raise UserError(f"{_at()}: must have only one of {new} and {old}")

@@ -84,7 +84,7 @@ def scores(code: Code, own_machine: bool, forms: Forms, whole: Packed, lanes: Pa
 
 @partial(jax.jit, static_argnums=(0, 1), compiler_options=devices.compiler_options())
 def scores_needed(code: Code, forms: Forms, whole: Packed, lanes: Packed) -> Array:
-    """(3 + objectives, lanes), see ``early_stopping.each``; each lane with the needed merit."""
+    """(3 + objectives, lanes), see ``early_stopping.each``; each lane has its own needed merit."""
 
     def on_device(whole: Packed, lanes: Packed) -> Array:
         def side_by_side(leaf: Array) -> Array:

@@ -124,7 +124,7 @@ def _each(given: Any) -> Sequence[Any]:
 
 
 def _changed(plant: PlantSettings, changes: Mapping[str, float]) -> PlantSettings:
-    """The machine with other parameters."""
+    """The settings of a machine with changed parameters; a key ``x.NAME`` is one of axis x."""
     check_type(changes, Mapping, "a mapping of parameters to values, as in {'gain': 28.3}")
     every = {key: value for key, value in changes.items() if "." not in key}
     axes = {axis: numbers | every for axis, numbers in plant.axes.items()}

@@ -48,8 +48,8 @@ def taught(
     teacher, scenario = load_design(teacher), load_scenario(scenario).each_motion()[0]
     if scenario.sensors != SensorSettings():
         raise UserError(
-            f"scenario {scenario.name}: sensors: must be left out, as sensor readings are not "
-            "recorded"
+            f"scenario {scenario.name}: sensors: must be left out for training, as the "
+            "readings of sensors are not recorded"
         )
     numbers = dict(network) if isinstance(network, dict) else set_keys(network, "network")
     evaluation = evaluate(teacher, scenario)

@@ -1,6 +1,6 @@
 """Sensors and converters between the controller and the machine.
 
-Everything is for one axis and in scalars, as in ``closed_loop``.
+Every function computes one axis, with scalars, as in ``closed_loop``.
 """
 
 from math import exp, floor, pi

@@ -90,7 +90,7 @@ def reasons_text(reasons: Mapping[str, int]) -> str:
 
 
 def counted(count: int, reason: str) -> str:
-    """A number of machines and a ``reason``, with its verb in singular or plural."""
+    """Text of a number of machines and a ``reason``, whose verb agrees with the number."""
     verb, blank, rest = reason.partition(" ")
     several = ("are" if verb == "is" else verb.removesuffix("s")) + blank + rest
     return f"{count} {reason if count == 1 else several}"

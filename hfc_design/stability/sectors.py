@@ -1,12 +1,12 @@
 """Sectors of a fuzzy rule table: the gains K_1 and K_2 that confine its output (JK04 section 3).
 
 The command is u(e, de) = u_1(e) + u_2(e, de) with u_1(e) = u(e, 0). K_1 bounds u_1/e, K_2 bounds
-u_2/de. JK read both at the centres of the terms (eq. 13, 14), which is exact only where every
-edge meets the neighbour's centre. Elsewhere the command rises in steps and its gain between the
-centres exceeds both: with table 3 the command at e = 19 BLU is already the 32 units that belong
-to 21. ``true_sectors`` takes the edges as they are, and ``bounded`` moves a table into its
-sectors. Terms (n, 3) are left edge, centre, right edge [BLU]; beside an infinite edge a term is 1
-(JK04 eq. 1). Never imports JAX.
+u_2/de. JK04 reads both at the centres of the terms (eq. 13, 14). This is exact only if every edge
+of a term lies on the centre of its neighbour. Otherwise the command rises in steps, and its gain
+between the centres exceeds that at the centres: with table 3 the command at e = 19 BLU is already
+32 units, the value at the centre 21. ``true_sectors`` takes the edges as they are, and ``bounded``
+moves a table into its sectors. Terms (n, 3) are left edge, centre, right edge [BLU]; on the side
+of an infinite edge the degree of a term is 1 (JK04 eq. 1). Never imports JAX.
 """
 
 import math

@@ -84,7 +84,7 @@ Blame = Callable[[Xp, Scalar, Scalar, Scalar], Truth]
 
 
 class Judge(NamedTuple):
-    """Functions and options that judge the rules; no numbers."""
+    """Functions and options that decide which rules are to blame; it contains no numbers."""
 
     blamed: Blame = blamed_aflc
     #: If true, rules of ZR are narrowed by a step when the error leaves it (JK04 section 4.1, end).

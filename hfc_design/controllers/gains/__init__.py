@@ -80,8 +80,8 @@ class GainsSettings(ControllerSettings):
             return None
         known = f"the ranges of {self.kind!r} are for {', '.join(self.own_plants)}"
         return (
-            f"{', '.join(missing)}: no range; {known}, not for {plant} {counted}; give "
-            "each a [low, high], or use kind = 'pid+ff', which derives its ranges"
+            f"{', '.join(missing)}: no range for {plant} {counted}; {known}; give each a "
+            "[low, high] in controller.ranges, or use kind = 'pid+ff', which derives its ranges"
         )
 
     @property
@@ -153,7 +153,7 @@ def kind_of(law: Law) -> type[ControllerRecord]:
     """Return the kind of a user-defined ``law``; UserError if it cannot be searched."""
     source = f"controller {law.name!r}"
     if not getattr(law.ranges, "_fields", ()):
-        raise UserError(f"{source}: ranges must be a NamedTuple of (low, high)")
+        raise UserError(f"{source}: ranges must be a NamedTuple with a (low, high) for each gain")
     checked(settings_of(law.ranges), {"kind": "", "ranges": law.ranges._asdict()}, source, Path())
 
     code, reads = law._replace(ranges=()), _asked_for(law)

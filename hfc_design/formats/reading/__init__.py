@@ -151,7 +151,7 @@ def design_that_learned(
         axes = () if together else axes_of(design)
         if axis not in axes:
             known = ", ".join(axes) or "one state for all axes"
-            raise UserError(f"{option('axis', axis)}: available: {known}")
+            raise UserError(f"{option('axis', axis)}: unknown axis; available: {known}")
     words = re.split(r"[\s,;]+", text.strip())
     numbers = [*map(number_of, words)] if ending == ".txt" else _parameters(text, axis)
     design_of_part = taken(parts.get(axis or "", design), numbers)

@@ -19,7 +19,7 @@ from hfc_design.search.strategy import Strategy, StrategySettings, Task
 
 
 class LShadeSettings(Ordered, Bounds, StrategySettings):
-    """L-SHADE about the best of the first individuals, whose structure all others have."""
+    """Settings of L-SHADE around the best first individual; all later ones have its structure."""
 
     keys_last = Bounds.model_fields
     preset: Literal["l-shade"] = "l-shade"
