@@ -92,7 +92,10 @@ def simulate(
 
     design, where = loops.design, loops.only
     if motion is not None or where.motions:
+        names = [one.name for one in where.motions]
         where = where.motion(motion)
+        if motion is None and names[1:]:
+            click.echo(f"motion {names[0]} of {', '.join(names)}: --motion names another", err=True)
     if learned is not None:  # who does not adapt is told before it takes its time
         Machine(design, where.plant.machine.axes).learned()
     evaluation = evaluate(design, where)

@@ -82,6 +82,7 @@ class RobustSettings(Record):
             if self.margin * spread >= 1.0:
                 name = key if key == "spread" else f"tolerances.{key}"
                 raise ValueError(
-                    f"{name} = {spread:g}: times margin = {self.margin:g} must be less than 1"
+                    f"{name} = {spread:g}: must be less than {1.0 / self.margin:.3g} (1 / margin); "
+                    "0.05 is 5 %"
                 )
         return self

@@ -16,7 +16,7 @@ ALSO = ("delay_samples", "load", "noise")
 
 
 class Mode(Record):
-    """A mode that a log shows and the model lacks."""
+    """A known mode that the model lacks, from a log for example."""
 
     hz: Positive  # frequency [Hz]
     damping: Share = 0.02  # damping ratio [1]

@@ -40,6 +40,8 @@ LOST = 0.2
 STRANGE = 4.0
 #: Share of a log with a saturated command above which the model is of another drive.
 CLIPPED = 0.1
+#: A log may list commands so many samples late; more is an error of the model.
+SHIFTED = 2.0
 
 
 def identify(task: Task, logs: dict[str, Recording], tell: Tell = silent) -> Identified:
@@ -163,9 +165,9 @@ def warnings_of(name: str, fit: Fit, known: Certainty, log: Recording, pushed: b
     low, high = known.late
     if low > 0.0 or high < 0.0:
         ms, word = 1e3 * abs(fit.late) * log.sample_time, "later" if fit.late > 0 else "earlier"
-        notes.append(
-            f"the command acts {ms:.2g} ms {word} than its samples ({fit.late:+.2f} samples)"
-        )
+        line = f"the command acts {ms:.2g} ms {word} than its samples ({fit.late:+.2f} samples)"
+        doubt = f"DOUBTFUL: {line}, which no machine does: its model may lack a mass or a mode"
+        notes.append(doubt if fit.late < -SHIFTED else line)
     return notes
 
 

@@ -101,12 +101,15 @@ def beginning(plant: str, controller: str, added: Sequence[Entry] = ()) -> str:
             f"see hfc show controller {controller}"
         )
     of_axes = {one.key: one.unit for one in every if one.part == "signal"}
+    live = _live(named, axes, of_axes, units)
+    ideal = not any(key.startswith("sensors.") for key in live)
+    some = "Without [sensors] and [limits] both are ideal; " if ideal else "Sensors, limits, "
     return (
         f"# A scenario for hfc design: the plant {plant} with a controller of kind "
-        f"{controller}.\n# Sensors, limits, [constraints] and [robust] are examples: put those of "
-        "your machine in their place.\n# Remove the # of #key = value to set a key; the value "
-        "shown is its default.\n\n"
-    ) + commented(_live(named, axes, of_axes, units), known, units)
+        f"{controller}.\n# {some}[constraints] and [robust] are examples: put those of your "
+        "machine in their place.\n# Remove the # of #key = value to set a key; the value shown is "
+        "its default.\n\n"
+    ) + commented(live, known, units)
 
 
 def _live(

@@ -67,7 +67,7 @@ def instabilities(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -
     )
     settles, off = ~(failed | swings | saturated), np.ones_like(failed)
     for k, motion in enumerate(motions):
-        largest = _largest_reference(motion)
+        largest = largest_reference(motion)
         off[0, k] = not late[0, k] <= largest
         multiple = MULTIPLE * late[0, k] if settles[0, k] and not off[0, k] else 0.0
         most = min(max(multiple, _tolerance(motion, largest)), largest)
@@ -96,7 +96,8 @@ def counted(count: int, reason: str) -> str:
     return f"{count} {reason if count == 1 else several}"
 
 
-def _largest_reference(motion: Scenario) -> float:
+def largest_reference(motion: Scenario) -> float:
+    """Largest distance of any axis from its start in a motion [its unit]; inf if none moves."""
     each = zip(motion.samples().axes, motion.places.values(), strict=True)
     largest = max(float(np.abs(axis.reference - place).max()) for axis, place in each)
     return largest * (1.0 + SAME_SINGLE) or np.inf  # that is what one is off that never moves

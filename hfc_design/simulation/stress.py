@@ -293,7 +293,7 @@ def _modes(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
 
     for one in stress.modes:
         shown = partial(operator.mul, one.share)
-        yield mode(one, " as the log shows it, {} % of it", 1.0, shown)
+        yield mode(one, " as in stress.modes, {} % of its share", 1.0, shown)
     ends = stress.modes_between(crossover, scenario.simulation.sample_time_s)
     frequencies = np.geomspace(*ends, MODES) if ends[0] < ends[1] else ()
     for hz in map(float, frequencies):

@@ -24,8 +24,8 @@ OF_ALL, OF_FIRST = (
 )
 STRESS_ABOUT = (
     "Conditions beyond the scenario. Stress: one at a time, on machines that pass without it, in "
-    "all motions required of them; stable: constraints do not count here; merit: of the median "
-    "machine, relative to that without stress."
+    "all motions required of them; stable: of the constraints only late_error counts here; merit: "
+    "of the median machine, relative to that without stress."
 )
 #: What to do about the stress that breaks a design first, by words of its name; "": any other.
 MENDS = {
@@ -33,6 +33,7 @@ MENDS = {
     "delay|loop|early": "identify delay and lag, or filter less (a faster observer)",
     "standstill": "identify it too (--free stiction_rise,...), from a log with slow reversals",
     "noise": 'sensors.velocity = "observer", a slower observer_hz, or a better encoder',
+    "friction": "give friction_moving a tolerance in [robust.tolerances] and search again",
     "start|rest|backwards": "add a motion that does so and search again",
     "": "give it a tolerance in [robust.tolerances] and search again",
 }

@@ -27,7 +27,7 @@ from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.metrics import RUNNING
 from hfc_design.simulation.acceptance import ENOUGH, bounds_of, broken_by
 from hfc_design.simulation.population import Machines
-from hfc_design.simulation.stability_criteria import counted
+from hfc_design.simulation.stability_criteria import counted, largest_reference
 from hfc_design.stability.margins import ASKED
 from hfc_design.stability.nominal import nominal
 from plants import Drive
@@ -42,6 +42,8 @@ END = 0.25
 HALVED, SOME = 3, 64
 #: What a motion needs is told from this share of a limit on.
 NEAR = 0.7
+#: Largest late error that is worth a yes, in shares of the motion's largest reference.
+LOOSEST = 0.2
 #: Rows and lines of a kind that are told.
 ROWS, LINES = 8, 3
 #: Rounded up and down to three digits; a limit that is 0, to divide by.
@@ -122,6 +124,7 @@ def widest(off: Floats, bad: Mask) -> tuple[float, int] | None:
 def _constraints(scenario: Scenario, judged: Judged, lost: Mapping[str, Mask]) -> Iterator[Change]:
     required, late = ~np.array(scenario.nominal_only), RUNNING["late_error"]
     bounds = bounds_of(scenario, judged)
+    ways = min(map(largest_reference, scenario.each_motion()))
     if lost["is far off"].any():  # of 5 % of the way, say, without a constraint
         bounds.setdefault(late.name, (Constraint(late, 0.0), np.asarray(judged.values)[..., -1]))
     for name, (bound, values) in bounds.items():
@@ -129,6 +132,8 @@ def _constraints(scenario: Scenario, judged: Judged, lost: Mapping[str, Mask]) -
         others = failing(scenario, {why: x for why, x in lost.items() if why not in reasons})
         worst = np.append(values[0].max(), np.where(required, values[1:], -np.inf).max(axis=1))
         most, limit = least(worst, others), scenario.constraints.get(name, "-")
+        if name == late.name and most and most > LOOSEST * ways:
+            most = None
         written, unit = WRITTEN.fullmatch(str(limit).strip()), bound.metric.unit
         unit = written[2] if written and bound.most else scenario.units.signals.get(unit, unit)
         scale = float(written[1]) / bound.most if written and bound.most else 1.0

@@ -155,6 +155,8 @@ def test_what_is_far_off_is_within_a_looser_late_error_whether_there_was_one_or_
         size, unit = one["needed"].split()
         assert 0.0218 <= float(size) < 0.0220
         assert unit == "rad"
+    far = told(judged(late_error=10.0 * late))["changes"]  # beyond the motion itself
+    assert not any(one["needed"] for one in far if one["key"] == "constraints.late_error")
 
 
 def test_limits_and_distances_need_enough_machines():
