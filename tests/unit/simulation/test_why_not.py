@@ -180,7 +180,7 @@ def test_every_stress_has_its_own_mend():
         told = [name for name, line in found.items() if f"first step: {mend};" in line]
         assert told, words
         assert all(re.search(words, name) for name in told)
-    assert [name for name in found if MENDS[""] in found[name] and "friction" in name]
+    assert [name for name in found if MENDS[""] in found[name] and "load" in name]
 
 
 def test_a_machine_is_as_far_off_as_the_axis_that_is_most():
