@@ -24,7 +24,7 @@ try:
     import dask
     from dask.utils import parse_timedelta
     from distributed import Client, Future, LocalCluster, wait
-    from distributed.comm.core import connect
+    from distributed.comm import connect
     from distributed.security import Security
 
     from hfc_design.batch.worker import answer, contents, gpus
