@@ -24,7 +24,7 @@ try:
     import dask
     from dask.utils import parse_timedelta
     from distributed import Client, Future, LocalCluster, wait
-    from distributed.comm import connect
+    from distributed.comm.core import connect
     from distributed.security import Security
 
     from hfc_design.batch.worker import answer, contents, gpus
@@ -146,10 +146,9 @@ def connected(
 
 
 async def _answer(scheduler: str, security: Security) -> None:
-    """Wait for a scheduler's answer to a first connection.
+    """Wait for a scheduler's answer to a first connection, for a limited time.
 
-    A Client that fails to connect keeps its thread, and closes itself when Python collects it: if
-    that is while the next Client starts its own thread, it waits for ever.
+    A Client does not limit the time of its handshake, and keeps a thread where it fails.
     """
     timeout = parse_timedelta(ANSWER_WITHIN)
     connection = security.get_connection_args("client")
