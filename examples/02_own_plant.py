@@ -8,7 +8,7 @@ In this folder::
 
 import sys
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import jax.numpy as jnp
 
@@ -18,12 +18,12 @@ import hfc_design.api as hfc
 class Parameters(NamedTuple):
     """The defaults are the nominal machine."""
 
-    motor_mass: float = 2.0  # of motor and pulley, as felt by the belt [kg]
-    table_mass: float = 8.0  # [kg]
-    stiffness: float = 40_000.0  # of the belt [N/m]
-    damping: float = 60.0  # of the belt [N s/m]
-    friction: float = 6.0  # of the table's guide [N]
-    force_constant: float = 12.0  # [N/A]
+    motor_mass: Annotated[float, "kg"] = 2.0  # of motor and pulley, as felt by the belt
+    table_mass: Annotated[float, "kg"] = 8.0
+    stiffness: Annotated[float, "N/m"] = 40_000.0  # of the belt
+    damping: Annotated[float, "N s/m"] = 60.0  # of the belt
+    friction: Annotated[float, "N"] = 6.0  # of the table's guide
+    force_constant: Annotated[float, "N/A"] = 12.0
 
 
 class State(NamedTuple):

@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 import jax.numpy as jnp
 
 from plants.blocks import LuGre, bristle, friction_torque, once, rk4_tr_bdf2
-from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive, units_of
+from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive
 
 
 class CAxisParameters(NamedTuple):
@@ -183,7 +183,6 @@ C_AXIS = Drive(
         "rotor_velocity": "rad/s",
         "current": "A",
     },
-    parameter_units=units_of(CAxisParameters),
     state_units={"rotor_angle": "rad", "bristle_deflection": "rad"},
     meanings={
         "command": "quadrature stator voltage, positive turns the rotor forwards",

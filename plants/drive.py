@@ -89,12 +89,16 @@ class Drive:
     top_speed: Callable[[Parameters], float] = lambda parameters: inf
     #: K and tau of K/(s (tau s + 1)), if that is the drive without its friction.
     linear: Callable[[Parameters], tuple[float, float]] | None = None
-    #: Unit of each parameter, for people to read; left out: not shown.
+    #: Unit of each parameter, for people to read; left out: those of ``Annotated[float, "kg"]``.
     parameter_units: dict[str, str] = field(default_factory=dict)
     #: Unit of each field of the state that is no signal, for people to read.
     state_units: dict[str, str] = field(default_factory=dict)
     #: Meaning and positive direction of each signal or the command; left out: its name only.
     meanings: dict[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not self.parameter_units:
+            object.__setattr__(self, "parameter_units", annotated_units(self.parameters))
 
     def __repr__(self) -> str:
         return f"Drive({self.name!r}: {len(self.parameters._fields)} parameters)"
@@ -165,10 +169,14 @@ def only_positive(
     return fault
 
 
-def units_of(parameters: type[Parameters]) -> dict[str, str]:
-    """Return ``Drive.parameter_units`` of a record whose fields are ``Annotated[float, "kg"]``."""
-    hints = get_type_hints(parameters, include_extras=True).items()
-    return {name: hint.__metadata__[0] for name, hint in hints if hasattr(hint, "__metadata__")}
+def annotated_units(parameters: type[Parameters]) -> dict[str, str]:
+    """Return the units of a record whose fields are like ``mass: Annotated[float, "kg"]``."""
+    try:
+        hints = get_type_hints(parameters, include_extras=True).items()
+    except (NameError, TypeError):  # names that are known only where a user's class is defined
+        return {}
+    each = ((name, unit) for name, hint in hints for unit in getattr(hint, "__metadata__", ()))
+    return {name: unit for name, unit in each if isinstance(unit, str)}
 
 
 def units_in(position: str, command: str, load: str) -> dict[str, str]:

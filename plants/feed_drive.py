@@ -10,7 +10,7 @@ from typing import Annotated, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive, units_in, units_of
+from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive, units_in
 from plants.sliding import Slide, slid
 
 
@@ -130,7 +130,7 @@ _sign_fault = only_positive(
     FeedDriveParameters,
     **dict.fromkeys(MAY_BE_ZERO, NOT_NEGATIVE),
     **dict.fromkeys(ANY_SIGN, (lambda value: True, "any number")),
-    negative_start=(lambda value: value <= 0, "at most 0, as in JK04 eq. 28"),
+    negative_start=(lambda value: value <= 0, "at most 0 (Jee & Koren 2004, eq. 28)"),
     lowest_command=(lambda value: value < 0, "less than 0"),
 )
 
@@ -167,7 +167,6 @@ FEED_DRIVE = Drive(
     exact=frozenset({"blu", "lowest_command", "highest_command", "low_velocity"}),
     fault=fault,
     units=units_in("BLU", "unit", "unit"),
-    parameter_units=units_of(FeedDriveParameters),
     meanings={
         "command": "units of the converter, positive moves the table forwards",
         "position": "of the table, as its encoder counts",

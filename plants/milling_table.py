@@ -7,8 +7,9 @@ rotation is counted by the lead of the screw.
 
 Both masses have friction that really holds them. One step is solved exactly for the piecewise
 linear spring and friction, so that it is stable for any length and finds sticking without a
-threshold. Energy grows only in steps in which flanks touch or part, by a percent where they are
-short beside a swing of the spring; ``motion`` takes several of them.
+threshold. Energy can grow only in steps in which a body stops or reverses, or in which flanks touch
+or part: by a percent where they are short beside a swing of the spring; ``motion`` takes several of
+them.
 """
 
 from math import pi
@@ -18,7 +19,7 @@ import jax.numpy as jnp
 from jax import lax
 
 from plants.blocks import bell, counted, once
-from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive, units_in, units_of
+from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive, units_in
 
 
 class Joined(NamedTuple):
@@ -280,7 +281,6 @@ MILLING_TABLE = Drive(
     exact=frozenset({"lead", "scale_resolution", "motor_resolution", "highest_voltage"}),
     fault=only_positive(MillingTableParameters, **dict.fromkeys(MAY_BE_ZERO, NOT_NEGATIVE)),
     units=units_in("mm", "V", "N") | {"motor_position": "mm", "motor_velocity": "mm/s"},
-    parameter_units=units_of(MillingTableParameters),
     meanings={
         "command": "voltage to the servo amplifier, positive moves the table forwards",
         "position": "of the table, as its optical scale counts",

@@ -17,7 +17,7 @@ from typing import Annotated, NamedTuple
 import jax.numpy as jnp
 
 from plants.blocks import counted
-from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive, units_in, units_of
+from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive, units_in
 from plants.sliding import Slide, slid
 
 
@@ -128,7 +128,6 @@ POSITIONING_STAGE = Drive(
         offset=(lambda value: True, "any number"),
     ),
     units=units_in("mm", "V", "N"),
-    parameter_units=units_of(PositioningStageParameters),
     meanings={
         "command": "voltage to the amplifier, positive moves the stage forwards",
         "position": "of the stage, by the encoder of its motor",

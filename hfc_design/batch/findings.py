@@ -31,7 +31,7 @@ class Findings(NamedTuple):
     """Summary of the runs below a folder, from which pages and tables are made."""
 
     runs: list[Run]
-    groups: list[Group]  # runs that differ in nothing but the seed, the highest median first
+    groups: list[Group]  # runs that differ only in the seed, those with the best answers first
     comparisons: list[Comparison]  # of every two groups of a task, with p
     figures: list[Reproduced]  # that a batch file names as published, beside what the runs give
     winners: list[Winner]  # structures that searches of hierarchies ended with

@@ -78,11 +78,11 @@ def design(
         raise refusal("--resume takes only --out DIR: config.toml has all other settings")
     else:
         folder, task = out, run.opened_run(out)
+        _warn(task)
     click.get_current_context().with_resource(exclusive(folder))  # until the report is written
     with nullcontext() if resume else run.begun(folder):
         if not resume:
             task = run.new_run(task, folder, by_hand)
-        _warn(task)
         watch = None if quiet or by_hand is not None else Watch(task)
         result = _searched(task, folder, anyway, watch)
     _show(task, folder, result, watch.summary() if watch else "", quiet)
@@ -105,6 +105,7 @@ def _scenario(
             f"--strategy: loads {known}, but search.preset is {loaded.search.preset}; "
             f"add --preset {known}"
         )
+    _warn(loaded)  # before the drive is linearised, which a wrong value may prevent
     check_memory(loaded)
     return loaded
 
@@ -173,9 +174,11 @@ def _show(scenario: "Scenario", folder: Path, result: "Result", summary: str, qu
         click.echo(line)
     if result.front is not None:
         show_front(result.front)
-    again = again_told(use, scenario.run.seed + 1) if result.search is not None else ""
-    for line in filter(None, (near, again)):
-        click.echo(line)
+    again = again_told(use, scenario) if result.search is not None else ""
+    if near:
+        click.echo(near)
+    if again:
+        say(again)
     click.echo(f"run folder {folder}\nreport     {folder / 'report.html'}")
 
 

@@ -20,10 +20,13 @@ from hfc_design.simulation.acceptance import Usable
 from hfc_design.simulation.evaluating import Evaluation, evaluate, score_table
 from hfc_design.simulation.monte_carlo import Robustness, check_draw, robustness
 from hfc_design.simulation.usable import SPREAD, usable
+from hfc_design.stability.margins import ASKED
 from hfc_design.stability.report import SAID
 
 QUESTION = "Can I use it?"
 WARNING = "hfc: warning: the design is not usable as it is"
+#: Share of a required margin from which on it may be what keeps a loop slow.
+NEAR = 0.9
 ONLY = "hfc: warning: the design is usable only if the machine is as in the model"
 
 
@@ -132,11 +135,25 @@ def settling_told(numbers: Json | None, constraints: Collection[str]) -> str:
     return "The search did not require the loop to settle. Add --set constraints.unsettled=0.3"
 
 
-def again_told(numbers: Json | None, seed: int) -> str:
+def again_told(numbers: Json | None, scenario: Scenario) -> str:
     """Advice for another search; "" if none helps, since the table has the advice on stress."""
-    helps = numbers and not numbers["usable"] and numbers.get("verdict") != acceptance.ON_THIS_MODEL
-    more = f"--seed {seed}, twice the --generations, or a smaller robust.spread"
-    return f"To get a usable design, try {more}" if helps else ""
+    if not numbers or numbers["usable"] or numbers.get("verdict") == acceptance.ON_THIS_MODEL:
+        return ""
+    more = [f"--seed {scenario.run.seed + 1}", "twice the --generations", "a smaller robust.spread"]
+    if scenario.controller.kind != "pid+ff":
+        more.append("--controller pid+ff")
+    more += _at_its_limit(numbers, scenario)
+    return f"To get a usable design, try {', '.join(more[:-1])} or {more[-1]}"
+
+
+def _at_its_limit(numbers: Json, scenario: Scenario) -> Iterator[str]:
+    """Required margins that the loop just has or lacks: a search may stay slow to keep them."""
+    worst = (numbers.get("margins") or {}).get("worst") or {}
+    for key, limit in scenario.margins.items():
+        name, larger_is_worse, _ = ASKED[key]
+        value = worst.get(name, {}).get("value")
+        if value and (value / limit if larger_is_worse else limit / value) > NEAR:
+            yield f"a looser constraints.{key} ({value:.3g} {worst[name]['at']}, allowed {limit:g})"
 
 
 def _below(numbers: Json) -> Iterator[str]:

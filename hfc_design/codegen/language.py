@@ -54,7 +54,7 @@ class Language(ABC):
 
     @abstractmethod
     def checked(self, text: Callable[..., str], doubtful: list[Any]) -> list[str]:
-        """Return lines that leave the function if any of ``doubtful`` is not finite."""
+        """Return lines of code that return early if any of ``doubtful`` is not finite."""
 
     @abstractmethod
     def constants(

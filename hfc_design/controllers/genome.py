@@ -89,7 +89,7 @@ class Genome(Protocol):
         """``one`` moved by ``share`` (n,) of the way to ``other``."""
 
     def nudged(self, population: Members, rng: np.random.Generator) -> Members:
-        """Individuals with a number changed by a millionth."""
+        """Individuals with some numbers changed by about a millionth."""
 
     def gains(self, population: Members) -> Gains:
         """Gains of the controllers for ``simulate``, with individuals in the trailing axis."""

@@ -93,7 +93,7 @@ class ProductGenome(Genome):
         return one._replace(parts=self.each("blended", one.parts, other.parts, shared=(share,)))
 
     def nudged(self, population: ProductPopulation, rng: np.random.Generator) -> ProductPopulation:
-        """Every part with a number changed by a millionth."""
+        """The individuals with some numbers of each part changed by about a millionth."""
         return population._replace(parts=self.each("nudged", population.parts, shared=(rng,)))
 
     def gains(self, population: ProductPopulation) -> Gains:

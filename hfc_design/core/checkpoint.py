@@ -100,8 +100,8 @@ def read(path: Path, largest: int) -> tuple[dict[str, str], archive.Arrays]:
     """Read a file of at most ``largest`` bytes: the versions that made the search, and its arrays.
 
     Raises:
-        RunError: another version has written it.
-        Exception: it is damaged.
+        RunError: its format is unknown.
+        Exception: it is damaged, too large or no file.
     """
     if not path.is_file() or path.stat().st_size > largest:
         raise ValueError(f"must be a file of at most {largest} bytes")

@@ -32,7 +32,7 @@ def number(quantity: float | str, unit: str, millimetres: float | None = None) -
     try:
         return float(_quantity(quantity, millimetres).to(unit).magnitude)
     except (pint.PintError, AssertionError):
-        raise ValueError(f"{quantity!r}: must be a quantity in {unit}") from None
+        raise ValueError(f"{quantity!r}: must have a unit that converts to {unit}") from None
 
 
 def without_unit(value: Any, unit: str) -> str:

@@ -156,7 +156,7 @@ LONG_WORD = re.compile(r"\S{101,}")
 
 
 def in_a_line(message: str, to_script: bool = False) -> str:
-    """A message as one line with a limited length and without control characters."""
+    """A message as one printable line of limited length; ``to_script``: in words for scripts."""
     line = " ".join(_BOTH.sub(r"\2" if to_script else r"\1", message).split())
     if len(line) > LONGEST:
         line = LONG_WORD.sub(lambda match: f"{match[0][:60]}...{match[0][-30:]}", line)

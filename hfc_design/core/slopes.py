@@ -25,7 +25,7 @@ SLOPES: Mapping[Any, Callable[..., tuple[Any, ...]]] = {
 
 
 class Sloped(NDArrayOperatorsMixin):
-    """(lanes,) numbers and their slopes (variables, lanes), usable in laws written with ``xp``."""
+    """Numbers (lanes,) and their slopes (variables, lanes), for laws written with ``xp``."""
 
     def __init__(self, value: Any, slope: Any):
         self.value, self.slope = value, slope

@@ -12,7 +12,9 @@ from hfc_design.motion.references import EachAxis, Reference
 from hfc_design.motion.samples import Simulation
 from hfc_design.motion.trajectories import PathReference, Trajectory, speed_fault
 
-TOO_FAR = "exceeds the range of numbers; it is unrealistically large, small or fast"
+TOO_FAR = (
+    "its positions or speeds exceed the range of numbers; one of its keys is too large or too small"
+)
 
 
 def check_feasible(plant: PlantSettings, reference: AnyReference, simulation: Simulation) -> None:

@@ -53,7 +53,7 @@ class StressSettings(Record):
     rest_s: NotNegative = 60.0  # time at rest after every motion [s]
     #: machines for each test, the nominal one first
     machines: Annotated[int, Field(ge=1, le=1000)] = 32
-    share: Share = 0.9  # share of the machines that pass without stress that must pass with it [1]
+    share: Share = 0.9  # that must stay stable, of the machines stable without stress [1]
 
     @property
     def far_modes(self) -> bool:

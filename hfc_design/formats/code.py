@@ -164,7 +164,7 @@ def checked_numbers(design: Design) -> list[tuple[str, float]]:
     numbers = [*_numbers(whole)]
     for key, x in numbers:
         if not abs(x) <= largest:
-            message = f"{key} = {x:g}: must be at most {largest:g} in magnitude in code"
+            message = f"{key} = {x:g}: must be within ±{largest:g} in code"
             raise UserError(f"design {design.name}: {message}{' that adapts' * learns}")
     return numbers
 

@@ -155,12 +155,14 @@ def unit_head(design: Design) -> list[str]:
 def fml(design: Design) -> dict[str, str]:
     """Return FML for JFML, one system per unit; UserError: two names in one are alike."""
     files = texts(design, "fml", domain=_domain)
-    for text in (text for name, text in files.items() if name.endswith(".fml")):
+    for file, text in files.items():
+        if not file.endswith(".fml"):
+            continue
         # Names are XML IDs: all variables, terms and rules of a file share one space of them.
         names = Counter(element.get("name") for element in ET.fromstring(text.encode()).iter())
         for name, count in names.items():
             if name is not None and count > 1:
-                fault = f"two names would become {name}; rename one of them"
+                fault = f"{file} would contain {name} twice; rename the signal, unit or term {name}"
                 raise UserError(f"{option('to', 'fml')}: {fault}")
     return files
 

@@ -157,7 +157,7 @@ def _profile(fit: Fit, known: Certainty, k: int) -> Profile:
         return alone.squares(residuals(alone, ended))
 
     def values(numbers: Floats) -> Floats:
-        """(places,) values of the parameter in its unit for its ``numbers``."""
+        """Values of the parameter in its unit, from scaled or logarithmic ``numbers``."""
         return np.array([fit.free.values(np.where(others, fit.numbers, x))[k] for x in numbers])
 
     least = problem.squares(fit.residual)

@@ -46,7 +46,7 @@ class FreeParameters:
     sought: Floats  # (2,) 1 where one of ``LATE`` may be looked for, 0 where it is known
 
     def values(self, numbers: Scalar, xp: Any = np) -> Scalar:
-        """(names,) values in units of the drive; for traced ``numbers`` with ``jnp``."""
+        """Values (names,) in units of the drive; traced ``numbers`` need ``xp=jnp``."""
         numbers = numbers[:-2]
         with np.errstate(over="ignore"):
             size = xp.where(self.positive > 0, xp.exp(numbers), numbers)

@@ -255,8 +255,8 @@ def columns_by_name(log: Log, drive: Drive, said: Collection[str]) -> dict[str, 
         units = {x: _unit_after(x, names, unit, drive) for x in log.columns}
         columns = [Column(name, x, end) for x, end in units.items() if end]
         if len(columns) > 1:
-            both = " and ".join(one.column for one in columns[:2])
-            raise ValueError(f"{both} may both be the {name}; {column_hint(name)}")
+            both = " and ".join(repr(one.column) for one in columns[:2])
+            raise ValueError(f"columns {both} may both be the {name}; {column_hint(name)}")
         if columns:
             by_name[name] = columns[0]
     return by_name

@@ -143,6 +143,6 @@ def check_travel(one: Column, values: Floats, drive: Drive, duration: float) -> 
         if gone > most or (one.name == drive.seen[0] and gone < least):
             raise ValueError(
                 f"column {one.column} in {one.unit}: the {one.name} moves {gone:.3g} "
-                f"{base} in {duration:.3g} s; plausible are {least:g} to {most:.3g} "
-                f"{base}: check its unit and {column_hint(one.name)}"
+                f"{base} in {duration:.3g} s, but {least:g} to {most:.3g} {base} are plausible; "
+                f"check the unit and {column_hint(one.name)}"
             )

@@ -222,7 +222,7 @@ def segments(text: str, rapid: float) -> tuple[Segment, ...]:
         for axis, a, b in zip(AXES[2:], block.start[2:], block.end[2:], strict=True):
             if abs(a - b) < SAME_PLACE or (axis == "Z" and (block.feed is None or not planar)):
                 continue
-            fault = f"{axis} moves together with X or Y" if planar else f"{axis} moves"
+            fault = f"axis {axis} moves together with X or Y" if planar else f"axis {axis} moves"
             raise ValueError(f"line {block.line}: {fault}; only motion in X-Y is read")
         feed = rapid if block.feed is None else block.feed
         start, end = (block.start[0], block.start[1]), (block.end[0], block.end[1])

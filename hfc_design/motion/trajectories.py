@@ -168,7 +168,9 @@ class GCode(Trajectory):
     def _planar_or_not(self) -> Self:
         if self.limits:
             for key in sorted(self.model_fields_set & {*PLANAR}):
-                raise ValueError(f"{key}: must be left out with limits, which set it for each axis")
+                raise ValueError(
+                    f"{key}: must be left out beside reference.limits, which has it for each axis"
+                )
         elif self.start:
             raise ValueError("start: needs limits; without them a program starts at X0 Y0")
         return self

@@ -105,7 +105,7 @@ class Judge(NamedTuple):
         return self.merit([one.best(totals, left) for one, totals in pairs if one.best])
 
     def judged(self, sums: tuple[Sums, ...], positions: list[Individuals]) -> Judged:
-        """Result for a population, from sums and last positions of axes, (individuals,) each."""
+        """Result for a population, from sums, and the last position (individuals,) of each axis."""
         count = len(self.objectives)
         values = self.values(sums[:count])
         merit = self.merit(values)

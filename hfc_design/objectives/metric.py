@@ -38,7 +38,7 @@ class Units(NamedTuple):
 
 
 class AxisRecord(NamedTuple):
-    """The recorded motion of one axis, (steps,) in the units of its drive."""
+    """The recorded motion of one axis: arrays (steps,) in the units of its drive."""
 
     name: str
     drive: Drive

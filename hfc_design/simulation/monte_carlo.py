@@ -81,7 +81,7 @@ class Robustness(NamedTuple):
 
     @property
     def usable(self) -> bool:
-        """Whether the nominal machine is stable, and nearly all of the others are."""
+        """Whether the nominal machine and at least ``ENOUGH`` of the others are stable; no more."""
         return self.nominal_stable and bool(self.stable.mean() >= ENOUGH)
 
     @property

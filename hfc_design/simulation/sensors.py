@@ -117,8 +117,8 @@ def measured(
 ) -> tuple[State, Angles, Rates]:
     """State as the controller sees it, and the angles and rates for ``before`` in the next sample.
 
-    The position is always the reading. The velocity of an observer is that of its own estimate,
-    which moves with this velocity and is corrected by its difference from the reading.
+    The position is always the reading. An observer predicts each angle with its velocity, and
+    corrects both by the difference of the reading from the prediction.
     """
     earlier, rates = before
     state = drive.measured(fixed, state)

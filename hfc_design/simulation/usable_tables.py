@@ -23,9 +23,9 @@ OF_ALL, OF_FIRST = (
     "95th percentile of the error, median / largest of chatter and peak, largest share at a limit",
 )
 STRESS_ABOUT = (
-    "Conditions beyond the scenario. Stress: one at a time, on machines that pass without it, in "
-    "all motions required of them; stable: of the constraints only late_error counts here; merit: "
-    "of the median machine, relative to that without stress."
+    "Conditions beyond the scenario. Stress: one at a time, on machines that are stable without "
+    "it, in all motions required of them; stable: of the constraints only late_error counts here; "
+    "merit: of the median machine, relative to that without stress."
 )
 #: What to do about the stress that breaks a design first, by words of its name; "": any other.
 MENDS = {

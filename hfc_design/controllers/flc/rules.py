@@ -62,7 +62,7 @@ class RulesRecord(Record):
     def _labels_name_numbers(self) -> Self:
         rows, needed = ([len(row) for row in table] for table in (self.labels, self.centroids))
         if uneven := next((i for i, count in enumerate(needed) if count != needed[0]), None):
-            message = f"must have {needed[0]} entries, as row 0 (got {needed[uneven]})"
+            message = f"must have {needed[0]} entries, like row 0 (got {needed[uneven]})"
             raise ValueError(f"centroids.{uneven}: {message}")
         if rows != needed:
             raise ValueError(
@@ -74,8 +74,8 @@ class RulesRecord(Record):
         for i, (row, numbers) in enumerate(zip(self.labels, self.centroids, strict=True)):
             for j, (label, number) in enumerate(zip(row, numbers, strict=True)):
                 if terms is not None and terms[label] != number:
-                    message = f"its label {label} stands for {terms[label]} in output_terms"
-                    hint = f"change labels.{i}.{j} to another or output_terms.{label}"
+                    message = f"must be {terms[label]}, which its label {label!r} stands for"
+                    hint = f"or change labels.{i}.{j}, or output_terms.{label}"
                     raise ValueError(f"centroids.{i}.{j} = {number}: {message}; {hint}")
         return self
 

@@ -105,7 +105,7 @@ class LinearHierarchyGenome(Genome):
         return population._replace(fuzzy=self.fuzzy.nudged(population.fuzzy, rng))
 
     def stage(self, number: int, about: LinearHierarchies | None) -> Stage:
-        """Return stage 0: weights, 1: factors on gains, 2: also factors on scales, and tables."""
+        """Stage 0 varies weights; 1 factors on gains; 2 factors on gains and scales, and tables."""
         if number == 0 or about is None:
             return Stage(self.regulator.empty().places[0], STEP, self.regulated)
         around = about

@@ -246,7 +246,7 @@ class HierarchicalDesign(ControllerRecord):
         )
 
     def input_range(self, limit: float | None) -> dict[str, float]:
-        """Ranges up to the clamps of inputs; for other signals, the ranges of the linear laws."""
+        """Ranges of inputs up to saturation; for other signals those of the linear laws."""
         ranges: dict[str, float] = {}
         for part in (self.scheduled_part, self.linear_part):
             ranges |= part.input_range(limit or self.output_scale) if part else {}
@@ -313,7 +313,7 @@ class HierarchicalSettings(ControllerSettings):
 
     @property
     def staged(self) -> bool:
-        """True with a linear part, whose weights are searched first, then its gains, then all."""
+        """True with a linear part: stages search regulator weights, gains, then everything."""
         return self.linear is not None
 
     def fault(self, target: Target) -> str | None:

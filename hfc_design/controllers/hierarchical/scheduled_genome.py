@@ -236,7 +236,7 @@ def _scaled(second: Floats, logarithms: Floats) -> Floats:
 
 
 def genome_of(settings: HierarchicalSettings, target: Target) -> Genome:
-    """Return the genome of a hierarchy on a PD alone, on a linear part, or between two."""
+    """Return the genome of a hierarchy on a PD, on a linear law, or blending two linear laws."""
     if settings.linear is None:
         return HierarchicalGenome(settings, target)
     kind = ScheduledGenome if settings.schedules else LinearHierarchyGenome

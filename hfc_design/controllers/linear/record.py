@@ -329,7 +329,7 @@ class WeightedSettings(LinearSettings):
                 return f"{message}; available: {', '.join(weighted)}"
         limit = next(iter(target.limits.values()))
         if self.tolerances and math.isinf(drive.largest_commands(target.parameters[0], limit)[1]):
-            return "controller.tolerances: need limits.command, the largest command"
+            return "controller.tolerances: needs limits.command (the largest command)"
         return None
 
 

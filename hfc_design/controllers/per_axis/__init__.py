@@ -24,7 +24,7 @@ from hfc_design.core.plugins import chosen
 from hfc_design.core.records import Label, UserError
 
 #: Message on why there are no rule tables.
-INSIDE = "it has rule tables only in its axis controllers; c and fmu contain all of it"
+INSIDE = "it has rule tables only in its axis controllers; export it as c, st, js, m or fmu"
 OwnRecord = Annotated[SerializeAsAny[ControllerRecord], chosen(kinds, "record")]
 OwnSettings = Annotated[SerializeAsAny[ControllerSettings], chosen(kinds, "settings")]
 

@@ -78,7 +78,7 @@ def _surface(record: SocDesign, shown: ReportContext, title: str, caption: str) 
 
 
 def named(shown: ReportContext) -> dict[str, dict[str, Floats]]:
-    """Return the measured signals of each axis by the axis' name for people."""
+    """Return the measured signals by axis, named as in the report's texts."""
     several = len(shown.machine.axes) > 1
     signals = shown.signals or {}
     return {

@@ -151,7 +151,7 @@ def ends_of(block: Block) -> tuple[float, float]:
 def _numbers(term: Token, kinds: Iterable[str]) -> tuple[Token, str, list[float]]:
     """Return label, shape and parameters of a term that has one of these shapes."""
     label, kind, rest = term.match(TERM)
-    count = CURVES[kind.one_of(f"shape of the term {label.text}", kinds)].needs
+    count = CURVES[kind.one_of(f"term {label.text}: shape", kinds)].needs
     numbers = [word.edge() for word in rest.words()]
     if len(numbers) == count + 1 and numbers.pop() != 1.0:
         raise term.fault(f"term {label.text}: its height must be 1")

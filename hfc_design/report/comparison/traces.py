@@ -17,7 +17,7 @@ SLICES = 600
 
 
 def panels(bout: MotionComparison) -> list[Panel]:
-    """Error, command, velocity and position of every axis; the errors off a path come first.
+    """Contour and orientation error on paths, then error, command, velocity, position per axis.
 
     The motion is that of the nominal machine. A diverged motion ends where it runs away.
     """

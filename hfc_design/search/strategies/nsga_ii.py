@@ -39,7 +39,7 @@ def _two_or_three(names: tuple[str, ...]) -> tuple[str, ...]:
 
 
 class Nsga2Settings(Ordered, Bounds, StrategySettings):
-    """NSGA-II; the objectives are metrics by name, ``tracking``, ``effort`` or ``units``."""
+    """NSGA-II; an objective is ``tracking``, ``effort``, ``units`` or the name of a metric."""
 
     keys_last = Bounds.model_fields
     preset: Literal["nsga-ii"] = "nsga-ii"

@@ -194,7 +194,7 @@ class SuccessiveHalving(NamedTuple):
 
 
 def doubled(state: RaceState) -> tuple[Integers, Integers]:
-    """Places of the best and of the last individual of each island with more than two."""
+    """Indices of the first (best) and last individual of each island of three or more."""
     size = np.bincount(state.island)
     best = np.searchsorted(state.island, np.arange(len(size)))
     large = size > 2
