@@ -264,13 +264,15 @@ def _needs(scenario: Scenario, machines: Machines, lost: Mapping[str, Mask]) -> 
     """Requirements of motions on the drives, a line for each near a limit or at one."""
     bad, saturated = np.logical_or.reduce([*lost.values()]), lost["stays at a limit"]
     low: dict[str, float] = {}
+    each_samples = [motion.samples().axes for motion in scenario.each_motion()]
+    speeds = np.array([[_highest(axis) for axis in axes] for axes in each_samples]).max(axis=0)
     for k, motion in enumerate(scenario.each_motion()):
         worst, every = np.flatnonzero(bad[1:, k])[:SOME] + 1, motion.simulation.sample_time_s
-        axes = zip(motion.plant.each(), machines.actual, motion.samples().axes, strict=True)
-        for axis, parameters, samples in axes:
+        axes = zip(motion.plant.each(), machines.actual, each_samples[k], speeds, strict=True)
+        for axis, parameters, samples, speed in axes:
             most, drive = motion.limits.of(axis.name).command, axis.drive
             some = [type(parameters)(*(float(x[i]) for x in parameters)) for i in (0, *worst)]
-            pairs = np.array([needed(drive, x, samples, most, every) for x in some])
+            pairs = np.array([needed(drive, x, samples, most, every, speed) for x in some])
             for n, unit in enumerate(("command", "error_rate")):
                 share = np.nan_to_num(pairs[:, n, 0] / np.maximum(pairs[:, n, 1], TINY))
                 name = motion.name.rpartition(".")[2] + f" {axis.name}" * (len(machines.actual) > 1)
@@ -289,19 +291,29 @@ def _needs(scenario: Scenario, machines: Machines, lost: Mapping[str, Mask]) -> 
         yield f"{line}: {', '.join(low)}"
 
 
+def _highest(motion: AxisSamples) -> float:
+    return float(np.abs(motion.reference_rate).max())
+
+
 def needed(
-    drive: Drive, parameters: Parameters, motion: AxisSamples, most: float | None, every: float
+    drive: Drive,
+    parameters: Parameters,
+    motion: AxisSamples,
+    most: float | None,
+    every: float,
+    speed: float = 0.0,
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """Command and speed that a motion needs, each with its limit; nan where nothing is steady.
 
     They are those of the drive linearised at the highest speed of the motion, in samples of
     ``every`` s: the additional command for an elastic transmission or a rising current is missing.
+    A motion that stands still is linearised at ``speed``, if that is not 0.
     """
     rate, command = np.asarray(motion.reference_rate), np.full(len(motion.reference_rate), np.nan)
-    highest = float(np.abs(rate).max())
+    highest = _highest(motion)
     with suppress(UserError):
         for way in np.unique(np.sign(rate[rate != 0.0])).tolist() or [1.0]:
-            model = nominal(drive, parameters, every, way * highest or None)
+            model = nominal(drive, parameters, every, way * (highest or float(speed)) or None)
             demand = model.velocity.command * rate + model.load.command * motion.loads[0]
             demand += model.coulomb.command * (rate != 0.0)
             if motion.reference_acceleration is not None:

@@ -21,7 +21,7 @@ from plants import Drive
 #: Sample that an output of a loop belongs to, in words.
 MOMENTS = {
     "command": "that acted on the drive in the sample before",
-    "error": "by the machine's own scale at the start of the sample before",
+    "error": "at the start of the sample before, not rounded to sensors.encoder_resolution",
 }
 #: Limits that the controller of a loop applies, and then its converter.
 APPLIED = ("command", "command_rate", "resolution")
