@@ -92,8 +92,7 @@ class Scenario(Record, metaclass=Asked):
     constraints: Constraints = Field({}, exclude_if=not_)
     #: perturbed machines on which every candidate is tested; left out: only the nominal machine
     robust: RobustSettings | None = Field(None, exclude_if=not_)
-    #: stress tests beyond these machines, of a scenario with [robust] or [stress]; left out: the
-    #: defaults
+    #: stress tests beyond these machines; left out: the defaults, which apply only with robust
     stress: StressSettings = Field(StressSettings(), exclude_if=StressSettings().__eq__)
 
     def __repr__(self) -> str:

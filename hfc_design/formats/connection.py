@@ -46,6 +46,7 @@ class Connected(NamedTuple):
     machine: Controller | None  # of all axes; None: it is of one
     each: dict[str, Known]  # the same of each axis by its name
     fed_back: dict[str, str]  # axis -> the reading of its position
+    steps: dict[str, dict[str, float]]  # axis -> reading -> step that it is rounded to
 
     @property
     def truths(self) -> list[str]:
@@ -135,7 +136,9 @@ def _connected(
         controller = ConnectedMachine(
             inner, each, tuple(limits.values()), every, begins, local_error
         )
-    fed = {axis.name: one.sensing.position for axis, one in zip(axes, each, strict=True)}
+    pairs = [*zip(axes, each, strict=True)]
+    fed = {axis.name: one.sensing.position for axis, one in pairs}
+    steps = {axis.name: _steps(axis, one.sensing) for axis, one in pairs}
 
     def around(law: AxisLaw) -> AxisLaw:
         return connected(law._replace(sample_time=every), each[0], begins)
@@ -149,13 +152,22 @@ def _connected(
         units |= {
             name: unit * (units.get(name, unit) == unit) for name, unit in known_of_axis.items()
         }
-    return Connected(units, meanings, around, controller, known_signals, fed)
+    return Connected(units, meanings, around, controller, known_signals, fed, steps)
 
 
 def _fed_back(axis: Axis, scenario: Scenario) -> Drive:
     """Return the drive of an axis with feedback from the encoder that the scenario names."""
     encoder = scenario.sensors.of(axis.name).feedback
     return axis.drive if encoder is None else fed_back(axis.drive, encoder)
+
+
+def _steps(axis: Axis, sensing: Sensing) -> dict[str, float]:
+    """Return the steps of an axis' readings by their names; readings without are left out."""
+    of_drive = {
+        angle: float(getattr(axis.parameters, key)) for angle, key in axis.drive.resolutions.items()
+    }
+    encoders = {angle: sensing.resolution or of_drive.get(angle) for angle in sensing.encoders}
+    return {name: step for name, step in {**encoders, **sensing.apart}.items() if step}
 
 
 def _sensing_of(axis: Axis, scenario: Scenario) -> tuple[Any, ...]:

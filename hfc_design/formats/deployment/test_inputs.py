@@ -17,6 +17,8 @@ COUNT = SWEEPS + STEPS + REST + SMALL + CHANCE
 RESETS = frozenset((0, *range(COUNT - CHANCE, COUNT, 30)))
 #: Amplitude of the inputs, as a share of the range.
 BEYOND = 1.4
+#: Steps that a reading must move by to be set beside them; fewer would leave too little motion.
+FEW = 4.0
 #: Key of the change of an error in a sample, named as in ``ControllerRecord.input_range``.
 CHANGE = "error_change"
 
@@ -49,12 +51,17 @@ def driven(names: Sequence[str], sizes: dict[str, float], seed: str) -> list[lis
 
 
 def connected(
-    rows: list[list[float]], names: Sequence[str], fed_back: str, sizes: dict[str, float]
+    rows: list[list[float]],
+    names: Sequence[str],
+    fed_back: str,
+    sizes: dict[str, float],
+    steps: dict[str, float],
 ) -> list[list[float]]:
     """Turn ``driven`` rows into readings of a machine that is near its reference.
 
     The machine is switched off now and then, is taken over by the controller, and leaves its
-    reference farther than allowed.
+    reference farther than allowed. Readings that are rounded to ``steps`` are a quarter of a step
+    from a whole one, so that single precision rounds them as double does.
     """
     places = {name: k for k, name in enumerate(names)}
     size = sizes.get("error", 1.0)
@@ -67,6 +74,13 @@ def connected(
     for k, row in enumerate(rows):
         if "reference" in places and fed_back in places:
             row[places[fed_back]] = _short(row[places["reference"]] - off[k][0])
+        for name, step in steps.items():
+            if (
+                name in places
+                and sizes.get("error" if name == fed_back else name, 1.0) > FEW * step
+            ):
+                whole, aside = round(row[places[name]] / step), 0.25 * (-1.0) ** k
+                row[places[name]] = _short(step * (whole + aside))
         for name, on in switched.items():
             if name in places:
                 row[places[name]] = float(on(k)) * (0.9 * size if name == "largest_error" else 1.0)

@@ -181,7 +181,8 @@ def _inputs(
         rows = test_inputs.driven(names, sizes_of_axis, str(k))
         if connection:
             fed_back = connection.fed_back.get(axis) or next(iter(connection.fed_back.values()))
-            rows = test_inputs.connected(rows, names, fed_back, sizes_of_axis)
+            steps = connection.steps.get(axis) or next(iter(connection.steps.values()))
+            rows = test_inputs.connected(rows, names, fed_back, sizes_of_axis, steps)
         parts.append(rows)
     parts += [test_inputs.path(sizes[axes[0]], path)] if path else []
     return [list(chain.from_iterable(row)) for row in zip(*parts, strict=True)]

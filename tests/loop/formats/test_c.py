@@ -11,6 +11,8 @@ from whole_machines import DESIGNS, happenings, in_c, of_the_runtime
 from wording import refused, refused_command
 
 from hfc_design.files.loop_setup import load_design
+from hfc_design.formats.connection import connect
+from hfc_design.formats.deployment.vectors import vectors
 
 #: A design of every kind of state. All kinds and options are compiled in tests/interop.
 STATES = {
@@ -73,3 +75,11 @@ def test_hal_has_no_component_of_a_whole_machine_and_an_fmu_a_model_of_its_own()
         texts(DESIGNS["pid"], "linuxcnc")
     with refused():
         texts(STATES["integral"].model_copy(update={"name": "model"}), "fmu")
+
+
+def test_readings_of_an_encoder_are_rounded_alike_in_single_precision():
+    """By hand: a quarter of a step of 50 um from a whole one, in seven digits."""
+    made = vectors(connect(load_design("emps-cascade")))
+    places = np.array(made.inputs)[:, made.signals.index("position")] / 5e-5
+    assert abs(places - np.round(places)) == pytest.approx(np.full(1000, 0.25), abs=0.02)
+    assert all(made.tolerance.alike)
