@@ -39,7 +39,7 @@ def components(design: Design) -> dict[str, Content]:
         UserError: the design cannot run on HAL, or the scenario that it names cannot be run from
             here; it may name a file that is missing.
     """
-    to_c = option("to", "c")
+    to_c, bare = option("to", "c"), option("bare", True)
     if design.kind.controller and not design.kind.axis_records:
         message = f"it commands a whole machine, but a component has one axis; use {to_c}"
         raise UserError(f"design {design.name} is of kind {design.kind.name}: {message}")
@@ -51,7 +51,7 @@ def components(design: Design) -> dict[str, Content]:
         loop, files["reference.txt"] = _simulated_loop(design)
     except UserError as error:
         if "scenario" in design.provenance:
-            raise UserError(f"{error.message}; {to_c} exports only the controller") from None
+            raise UserError(f"{error.message}; {to_c} with {bare} exports only the law") from None
         reason = re.sub("[<>`]", "_", harmless(error.typed))
         values |= {"machine": None, "axes": [""], "reason": reason}
     else:
