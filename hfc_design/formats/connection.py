@@ -79,7 +79,7 @@ def connect(design: Design, scenario: Scenario | None = None) -> Design:
         raise UserError(f"{begin}, {message}; with {bare} only the code of the law is exported")
     sensed = [_sensing_of(axis, scenario) for axis in axes]
     if not whole and any(one != sensed[0] for one in sensed[1:]):
-        message = "its axes have different sensors, but share one code"
+        message = "its axes have different drives or sensors, but share one code"
         raise UserError(f"design {design.name}: {message}; export it with {bare}")
     drives = {axis.name: _fed_back(axis, scenario) for axis in axes}
     each_told = {name: _text(drive) for name, drive in drives.items()}
