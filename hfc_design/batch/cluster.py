@@ -173,8 +173,8 @@ def _local(workers: int) -> LocalCluster:
     """Workers that accept only holders of a key that is made for them and kept in memory."""
     cores, cards = len(os.sched_getaffinity(0)), len(gpus())
     if workers > (cards or cores):
-        most = f"at most {f'{cards} GPUs' if cards else f'{cores} cores'}, one for each worker"
-        raise UserError(f"{option('workers', workers)}: must be {most}")
+        most = f"{cards or cores}, one for each {'GPU' if cards else 'core'}"
+        raise UserError(f"{option('workers', workers)}: must be at most {most}")
     try:
         security = Security.temporary()
     except ImportError:

@@ -97,7 +97,7 @@ def with_gains(scenario: AnyScenario, kind: str, gains: Mapping[str, Any]) -> De
     of_gains = KINDS.get(kind).of_gains
     if of_gains is None:
         raise UserError(f"kind must be pd, pid or pid+ff (got {kind})")
-    check_type(gains, Mapping, "a table of gains and their values")
+    check_type(gains, Mapping, "a mapping of names to gains")
     where = load_scenario(scenario)
     design = design_with({"kind": kind, **of_gains(dict(gains))}, where)
     check_laws(design, where.plant.machine)

@@ -24,7 +24,7 @@ FILES = "scenario", "design"
 class Named(click.types.StringParamType):
     """Name of a thing: built in, of an installed package, or another value that its option accepts.
 
-    The names are those of the reference that comes with the package, and of installed packages.
+    It offers the names of the reference of hfc-design, and those of installed packages.
     Nothing here starts JAX.
     """
 

@@ -45,7 +45,8 @@ def score_one(
         UserError: a value is not allowed, or design and scenario do not fit.
     """
     judged: Usable | Robustness | None = None
-    if scenario.robust or (scenario.motions and spread is not None):
+    required = scenario.motions or scenario.constraints
+    if scenario.robust or (required and spread is not None):
         draw = (1 if samples is None else samples, 0 if seed is None else seed)
         check_draw(SPREAD if spread is None else spread, *draw)
         with busy("on unseen machines"):

@@ -227,7 +227,7 @@ class RateLimited(NamedTuple):
 def rate_limited(
     controller: Controller, limits: Mapping[str, float | None], changes: Mapping[str, float | None]
 ) -> Controller:
-    """A controller that keeps to the largest ``changes`` of each axis; unchanged without any."""
+    """Commands change by at most ``changes`` a sample; the same controller if none is set."""
     if not any(changes.values()):
         return controller
     return RateLimited(controller, tuple(limits.values()), tuple(changes.values()))

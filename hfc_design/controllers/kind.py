@@ -172,7 +172,7 @@ def numbers(record: Any, shown: "ReportContext") -> list[Any]:
 
 
 def names_of(part: type[Record]) -> tuple[str, ...]:
-    """Names of a kind, from its record or its settings; () if these allow any."""
+    """Names of a kind, from its record or settings; () if any name is allowed."""
     return get_args(part.model_fields["kind"].annotation)
 
 
@@ -215,7 +215,7 @@ class ControllerRecord(Record):
     #: of_gains(gains by name) -> a record's keys.
     of_gains: ClassVar[Any] = None
     rule_base: ClassVar[RuleBase | None] = None
-    no_rules: ClassVar[str] = "no rule tables"  # why, for who asks for a file of them
+    no_rules: ClassVar[str] = "no rule tables; use c or st"  # why, for who asks for a file of them
     #: lookup(points) -> terms tabulated for a processor without exp: "law", the law of the runtime
     #: with them (limit -> AxisLaw), and its largest deviation.
     lookup: ClassVar[Any] = None

@@ -45,7 +45,7 @@ class ProductGenome(Genome):
             )
 
     def stage(self, number: int, about: ProductPopulation | None) -> Stage:
-        """Coordinates of every part in its stage, one after the other, in the finest of steps."""
+        """Coordinates of every part in its stage, in a row, scaled to the smallest of steps."""
         parts = about.parts if about is not None else (None,) * len(self.parts)
         numbers = [min(number, len(genome.stages) - 1) for genome in self.parts]
         each = self.each("stage", numbers, parts)

@@ -49,7 +49,7 @@ _changing = threading.Lock()
 
 @contextmanager
 def try_lock(folder: Path, path: Path | None = None) -> Iterator[bool]:
-    """Whether this process alone may write into ``folder``; ``path`` is another lock than its own.
+    """Whether this process alone may write into ``folder``; ``path`` replaces its ``LOCK``.
 
     Raises:
         RunError: the lock cannot be written.

@@ -115,8 +115,11 @@ class Group(Generic[Thing]):
                 f"your own with {LOAD}"
             )
         if len(entries) > 1:
-            values = ", ".join(entry.value for entry in entries)
-            raise UserError(f"{self.what} {name!r}: provided by several packages: {values}")
+            packages = ", ".join(
+                entry.dist.name if entry.dist else entry.value for entry in entries
+            )
+            rule = f"must be of one package (got {packages}); uninstall the others"
+            raise UserError(f"{self.what} {name!r}: {rule}")
         thing = self._imported(entries[0].value, f"entry point {name} = {entries[0].value}")
         if (declared := getattr(thing, "name", None)) != name:
             raise UserError(

@@ -36,7 +36,7 @@ def number(quantity: float | str, unit: str, millimetres: float | None = None) -
 
 
 def without_unit(value: Any, unit: str) -> str:
-    """Number to write in place of ``"40 kg"`` where a number of a ``unit`` is expected; else ""."""
+    """Hint with the number in ``unit`` to write for ``"40 kg"``; "" if that is no such quantity."""
     if not (isinstance(value, str) and unit):
         return ""
     try:

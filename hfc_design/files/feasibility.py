@@ -32,10 +32,10 @@ def check_feasible(plant: PlantSettings, reference: AnyReference, simulation: Si
         if missing := [axis for axis in axes if axis not in reference.axes]:
             raise ValueError(f"reference.axes.{missing[0]}: is missing")
     elif len(axes) > 1:
+        paths = ["gcode"] if len(axes) > 2 else ["circle", "line", "polyline", "gcode"]
         raise ValueError(
-            f"reference.kind = {reference.kind!r}: must be "
-            f"{'a path in X-Y' if len(axes) == 2 else 'a program'}, or kind 'per-axis', for a "
-            f"machine of {len(axes)} axes"
+            f"reference.kind = {reference.kind!r}: must be {', '.join(paths)} or per-axis with "
+            f"{len(axes)} axes"
         )
     for axis in plant.each():
         _check_speed(axis, reference_of(reference, axis.name), simulation)

@@ -265,8 +265,8 @@ def check_names(target: str, names: Iterable[str], clash: str) -> None:
     for name in names:
         if not re.fullmatch(r"[A-Za-z](_?[A-Za-z0-9])*", name):
             raise UserError(
-                f"{option('to', target)}: {name} must be an identifier: a letter, then letters, "
-                "digits and single underscores between them; rename it in the design file"
+                f"{option('to', target)}: {name!r} must be an identifier: a letter, then letters, "
+                "digits and single underscores between them; rename it in the design"
             )
         if other := taken.get(name.casefold()):
             message = clash.format(name=name, other=other)

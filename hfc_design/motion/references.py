@@ -31,7 +31,9 @@ def table_of(file: AnyFile) -> tuple[Floats, Floats]:
     except ValueError as error:
         raise ValueError(f"is not a table of numbers: {error}") from None
     if data.shape[1] != 2 or len(data) < 2:
-        raise ValueError(f"must have two columns and at least two rows (got {data.shape[::-1]})")
+        raise ValueError(
+            "must have 2 columns and at least 2 rows (got {1} and {0})".format(*data.shape)
+        )
     if not (np.abs(data) <= LARGEST_NUMBER).all():
         raise ValueError(f"must have finite numbers up to {LARGEST_NUMBER:g}")
     if not (np.diff(data[:, 0]) > 0).all():

@@ -42,7 +42,7 @@ class _Window(NamedTuple):
 
 @np.errstate(invalid="ignore", over="ignore")  # a diverged motion
 def nearest(program: Program, samples: PathSamples, actual: Floats) -> Nearest:
-    """Return the deviation of actual places (axes, steps) [mm, deg] from those in ``samples``.
+    """Return deviations of actual places (axes, steps) [mm, deg] from the path at ``samples``.
 
     Only the path within ``REACH`` tracking errors of the commanded place counts, so that another
     branch that passes by is not taken for the one being cut. Blocks that only turn do not count in

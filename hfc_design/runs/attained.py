@@ -20,7 +20,7 @@ ATTAINABLE = "attainable.json"
 
 
 def attained(scenario: Scenario, design: AnyDesign | None = None) -> Json:
-    """Bound and best known voltage of every motion, and the results of a ``design``, as plain data.
+    """Bound and best known sum of every motion, and those of a ``design``, as plain data.
 
     The machine of a design is its own, with the settings of the scenario applied to it.
 

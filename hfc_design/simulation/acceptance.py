@@ -217,7 +217,7 @@ class Usable(NamedTuple):
         return f"no: {outcome}; {counted(many, reason)} in {worst.name}"
 
     def tables(self) -> list[Table]:
-        """Return what would give a yes (of a no), the motions, and the stress tests."""
+        """Return tables: what would turn a no into a yes, motions, and stress tests."""
         return tables(self.numbers())
 
     def numbers(self) -> Json:

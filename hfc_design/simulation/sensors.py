@@ -60,7 +60,7 @@ def observer_gains(bandwidth: float, sample_time: float) -> tuple[float, float]:
 
 
 def largest_command(limits: Limits) -> float | None:
-    """Largest command of the converter, in whole steps; None without a limit."""
+    """The limit, as a multiple of the converter's step; None without a limit."""
     if limits.command is None or not limits.resolution:
         return limits.command
     steps = limits.command / limits.resolution * (1.0 + 1e-12)

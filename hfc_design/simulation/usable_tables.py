@@ -39,10 +39,9 @@ MENDS = {
 }
 WHY = "Changes that would give a yes, each on its own"
 WHY_ABOUT = (
-    "Lost by it: machines that fail it, perhaps others too; without: the share without "
-    "this requirement, for spread and tolerances of machines within half of them; –: no "
-    "value suffices on its own; (n): number of machines within; the stress tests must "
-    "pass as well."
+    "Lost by it: machines that fail it, some also for other reasons; without: share that passes "
+    "without it (of spread and tolerances: share within half of them); –: no value suffices alone; "
+    "(n): number of machines within. The stress tests must pass as well."
 )
 #: What the columns of ``motions_table`` are.
 COLUMNS = (

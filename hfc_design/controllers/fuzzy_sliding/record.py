@@ -253,8 +253,8 @@ def scales(target: Target) -> tuple[float, float]:
 def started(target: Target) -> SlidingDesign:
     """LG09 Table 2 on the scales of a machine, with LG09's proportional gain.
 
-    LP is the largest command as an output, the error at which the printed gain gives the top speed
-    as an error, and the top speed as a rate. LG09 prints neither the surface nor gamma.
+    LP of the output is the largest command, that of the rate the top speed, and that of the error
+    the top speed over the printed gain. LG09 prints neither the surface nor gamma.
     """
     command, speed = scales(target)
     error = speed / GAIN

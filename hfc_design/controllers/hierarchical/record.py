@@ -115,8 +115,8 @@ def _with_error_scale(described: Any) -> Any:
     some = getattr(described, "used", None)
     if adaptation and adaptation.error_scale is None and (some or "error" not in names):
         raise ValueError(
-            "adaptation.error_scale: is missing; only the scale of an input named error "
-            "that is always read can replace it"
+            "adaptation.error_scale: is missing; it may be left out only if an input named error "
+            "is always read"
         )
     return described
 

@@ -169,10 +169,10 @@ FINE = 10.0
 
 
 class PidGenome(LinearGenome):
-    """Genome of the gains of a PID, of a filter, and on the signals of the settings.
+    """Genome of a PID's gains, its filter's cut-off, and gains on the settings' signals.
 
-    A resonator has the size of its gain, and the lead of its command relative to the one that
-    makes an error of its frequency fade fastest.
+    Of a resonator it has the size of its gain, and its lead relative to the lead that makes an
+    error of its frequency fade fastest.
     """
 
     @property

@@ -28,7 +28,7 @@ def input_ranges_of(
 ) -> dict[str, dict[str, float]]:
     """Return the input range of a controller on each axis, see ``ControllerRecord.input_range``.
 
-    For a controller around others it is the larger one of both.
+    With controllers inside: of each signal the largest range.
     """
     ranges = {axis: dict(record.input_range(limits[axis])) for axis in axes}
     for inner_axis, inner in record.inside(axes).items():

@@ -14,7 +14,7 @@ PRINTED = 5
 
 
 def page(comparison: Comparison, command: str = "") -> Page:
-    """The page; the same comparison gives the same bytes. ``command`` is the one to repeat it."""
+    """The page; the same comparison gives the same bytes. ``command`` repeats it in a shell."""
     names = list(comparison.designs)
     bouts = {bout.name: _shown(comparison, bout) for bout in comparison.bouts}
     motions = [bouts[bout.name] for bout in comparison.bouts if bout.scenario is not None]

@@ -49,3 +49,15 @@ def test_several_motions_within_a_spread_are_told_and_drawn(two, tmp_path):
         "peak command",
     ):
         assert text in picture
+
+
+def test_a_constraint_that_the_nominal_machine_violates_is_a_no():
+    """Table I follows the ramp stably, by far not within a nanoradian."""
+    given = ["score", "lin-lee-1999-table-1", "--scenario", "c-axis-ramp", "--spread", "0.01"]
+    given += ["--samples", "8", "--set", "simulation.duration_s=1"]
+    told = [
+        hfc(*given, *more).stdout.splitlines()[1]
+        for more in ((), ("--set", "constraints.late_error=1e-9"))
+    ]
+    assert told[0].startswith("Can I use it? yes: ")
+    assert told[1].startswith("Can I use it? no: the nominal machine exceeds late_error")

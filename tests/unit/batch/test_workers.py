@@ -30,7 +30,7 @@ def test_one_gpu_a_worker(monkeypatch):
     assert found.where == "workers=3"
     monkeypatch.setenv("JAX_PLATFORMS", "cpu")
     assert worker.gpus() == []
-    with pytest.raises(UserError, match=r"workers=9999: must be at most \d+ cores"):
+    with pytest.raises(UserError, match=r"workers=9999: must be at most \d+, one for each core"):
         connected(9999, None, False, NO_TLS, print).__enter__()
 
 
