@@ -1,9 +1,9 @@
-"""``python -m hfc_design`` is ``hfc``."""
+"""Entry point: ``python -m hfc_design`` does the same as ``hfc``."""
 
 import os
 import sys
 
-if sys.path[0] == os.getcwd():  # a plants.py that lies there would be taken for ours
+if sys.path[0] == os.getcwd():  # else Python would import a plants.py of this folder
     sys.path.append(sys.path.pop(0))
 
 from hfc_design.cli import main

@@ -1,7 +1,7 @@
 """The package for scripts, in one import: ``import hfc_design.api as hfc``.
 
-Load a scenario, design, evaluate, export; add an own plant, fitness, strategy or control law.
-``docs/python.md`` shows all of it at work, ``docs/notebooks`` three whole tasks.
+It loads scenarios, designs controllers, evaluates and exports them; it also adds your own plants,
+fitnesses, strategies and control laws. ``docs/python.md`` and ``docs/notebooks`` have examples.
 """
 
 from collections.abc import Mapping
@@ -69,7 +69,7 @@ Registered = TypeVar("Registered")
 
 
 def __dir__() -> list[str]:
-    """Names for scripts, for completion; without the names that only this module uses."""
+    """Return the names for scripts, for completion; not those that only this module uses."""
     return sorted(__all__)
 
 
@@ -85,24 +85,24 @@ def __getattr__(name: str) -> Any:
 def register(thing: Registered) -> Registered:
     """Register your own part, so that scenarios and designs of this program can name it.
 
-    It is a drive or machine, a fitness, a search strategy, a control law or a kind of controller.
+    A part is a drive or machine, a fitness, a search strategy, a control law or a controller kind.
 
     Raises:
-        UserError: it is none of these, lacks something, or its name is that of a built-in one.
+        UserError: ``thing`` is none of these, has a fault, or has the name of a built-in part.
     """
     group_of(thing).add(thing)
     return thing
 
 
-# What is loaded, and what may be wrong with it.
+# Loading, and its errors.
 __all__ = ["Design", "Scenario", "load_design", "load_scenario"]
 __all__ += ["RunError", "UserError"]
-# A machine by its log.
+# A machine identified from its log.
 __all__ += ["Identified", "identify"]
 # A controller that is searched, picked from a front, made by hand, or taught.
 __all__ += ["Result", "Search", "design", "pick", "strategies", "with_gains"]
 __all__ += ["Lesson", "Taught", "taught"]
-# What it does, how sure that is, how good any could be.
+# Evaluation, robustness, stability, comparison, best attainable result, batches.
 __all__ += ["Evaluation", "evaluate", "learned_in", "trajectory_csv"]
 __all__ += ["Robustness", "Usable", "robustness", "usable"]
 __all__ += ["LoopMargins", "StableGains", "stability"]
@@ -110,11 +110,11 @@ __all__ += ["Comparison", "compare"]
 __all__ += ["Judgements", "evaluate_many"]
 __all__ += ["Attainable", "attainable"]
 __all__ += ["Findings", "batch", "findings"]
-# What one looks at.
+# Figures, pages and explanations.
 __all__ += ["comparison_page", "explain", "picture", "plot", "report"]
-# Out to other programs, and back.
+# Export to other programs, and import.
 __all__ += ["Controller", "export", "import_"]
-# Parts of one's own, and what they are made of.
+# A user's own parts, and what they are made of.
 __all__ += ["register"]
 __all__ += ["Drive", "Machine", "Plant", "coupled", "only_positive", "rk4", "side_by_side"]
 __all__ += ["Fitness", "Moment", "Objective", "ObjectiveSettings"]

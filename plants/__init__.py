@@ -1,7 +1,7 @@
 """Drives and machines that controllers are designed for.
 
-Plain data and pure functions written for one machine in scalars; ``hfc_design.simulation`` turns
-them into whole populations.
+They are data and pure functions for one machine, in scalars; ``hfc_design.simulation`` applies them
+to whole populations.
 """
 
 import importlib

@@ -30,7 +30,7 @@ class Around(NamedTuple):
     delay_samples: Any = 0.0  # of the command; fractions too
     lag_s: Any = 0.0  # time constant of the current loop, after the delay [s]
     load: Any = 0.0  # constant, added to that of the scenario [load]
-    noise: Any = 1.0  # factor on that of the readings
+    noise: Any = 1.0  # factor on the noise of the readings
     backlash: Any = 0.0  # between the axis and the encoder that is fed back [error]
     jitter: Any = 0.0  # largest change of the time of a sample, as a share of it
     mode_hz: Any = 0.0  # of a mode in the force; 0: there is none [Hz]
@@ -41,12 +41,12 @@ class Around(NamedTuple):
 
 
 class Sampled(NamedTuple):
-    """``Around`` for one length of a step, as a step needs it; numbers or (machines,)."""
+    """What a step of one length needs of ``Around``; numbers or (machines,)."""
 
     waits: tuple[Scalar, ...]  # 1 at the whole samples of the delay, else 0
-    late: Scalar  # share of a sample beyond these
-    keep: Scalar  # of the lag, in a step
-    mean: Scalar  # of what is kept, in the mean over a step
+    late: Scalar  # share of a sample of delay beyond these
+    keep: Scalar  # share of a difference that the lag keeps after a step
+    mean: Scalar  # mean of this share over a step
     turn: tuple[Scalar, Scalar, Scalar, Scalar]  # matrix of the mode, row by row
     share: Scalar
     load: Scalar
@@ -63,7 +63,7 @@ class Standing(NamedTuple):
 
 
 def sampled(around: Around, sample_time: float, substeps: int, waits: int) -> Sampled:
-    """Return ``around`` in steps of ``sample_time / substeps`` [s].
+    """Return ``around`` for integration steps of ``sample_time / substeps`` [s].
 
     ``waits`` is the longest delay in samples, rounded up.
     """
@@ -82,7 +82,7 @@ def sampled(around: Around, sample_time: float, substeps: int, waits: int) -> Sa
 
 
 def _turned(hz: ArrayLike, damping: ArrayLike, dt: float) -> tuple[ArrayLike, ...]:
-    """Solve ``s'' + 2 z w s' + w^2 s = u`` over a held u: off = w^2 s - u and swing = s' / dt."""
+    """Return the matrix for w^2 s - u and s' / dt over a step of ``s'' + 2 z w s' + w^2 s = u``."""
     w = 2.0 * np.pi * np.asarray(hz)
     decay, damped = np.asarray(damping) * w, w * np.sqrt(1.0 - np.asarray(damping) ** 2)
     e, c, s = np.exp(-decay * dt), np.cos(damped * dt), np.sin(damped * dt)
@@ -103,7 +103,7 @@ def plain(parameters: Parameters) -> Parameters:
     return parameters.inner if isinstance(parameters, Standing) else parameters
 
 
-@cache  # the same machine for the same one: it is a key of compiled code
+@cache  # always the same object for a machine: it is a key of compiled code
 def surrounded(machine: Machine, waits: int, substeps: int) -> Machine:
     """Return the machine with the effects of ``Around``; its parameters are ``Standing``.
 
@@ -123,7 +123,7 @@ def surrounded(machine: Machine, waits: int, substeps: int) -> Machine:
 
 
 def commanded(state: State, command: Scalar) -> State:
-    """Return the state in which this command is also the one that is delayed and lags."""
+    """Return the state in which all delayed and lagging commands are equal to ``command``."""
     if state._fields[-len(MORE) :] != MORE:
         return state
     names = [name for name in state._fields if name.startswith("sent_")]

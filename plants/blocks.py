@@ -89,10 +89,10 @@ def _ratio_jvp(
 
 @jax.custom_jvp
 def once(x: jax.Array) -> jax.Array:
-    """Return ``x``, finite, computed once: XLA repeats cheap operations in all that use them.
+    """Return a finite ``x`` that is computed once: XLA repeats cheap operations for each use.
 
-    XLA does not repeat a division, and may not drop this one, because 0 x need not be 0. With it an
-    adaptive step runs eight times as fast and compiles in half the time.
+    XLA does not repeat a division, and may not drop the one here, because 0 x need not be 0. With
+    ``once`` an adaptive step runs eight times as fast and compiles in half the time.
     """
     return x / (1.0 + 0.0 * x)
 
@@ -103,17 +103,17 @@ def _once_jvp(primals: tuple[jax.Array], tangents: tuple[jax.Array]) -> tuple[ja
 
 
 def smaller(x: Scalar, bound: Scalar) -> jax.Array:
-    """Return ``min(x, bound)`` in one instruction; a nan in ``x`` stays one, as in Python."""
+    """Return ``min(x, bound)`` in one instruction; a nan in ``x`` stays nan, as in Python."""
     return jnp.where(bound < x, bound, x)
 
 
 def larger(x: Scalar, bound: Scalar) -> jax.Array:
-    """Return ``max(x, bound)`` in one instruction; a nan in ``x`` stays one, as in Python."""
+    """Return ``max(x, bound)`` in one instruction; a nan in ``x`` stays nan, as in Python."""
     return jnp.where(bound > x, bound, x)
 
 
 def counted(position: Scalar, resolution: Scalar) -> jax.Array:
-    """Round a position to the nearest count of an encoder; a resolution of 0 is ideal."""
+    """Return a position in whole counts of an encoder; for a resolution of 0 the exact position."""
     ideal = resolution == 0.0
     step = jnp.where(ideal, 1.0, resolution)
     return jnp.where(ideal, position, step * jnp.round(position / step))
@@ -163,13 +163,13 @@ def rk4_tr_bdf2(
 ) -> State:
     """Return the state after one step of ``rk4``, implicit in one ``field`` where that decays fast.
 
-    ``derivative(state, load, implicit)`` returns the rates of the state whose ``field`` is that of
-    ``state`` plus ``implicit`` [s] times its own rate: for a field that decays, one division.
+    ``derivative(state, load, implicit)`` returns the rates of the state in which ``field`` is that
+    of ``state`` plus ``implicit`` [s] times the rate of ``field``; a division solves that.
     ``decay_rate(state)`` [1/s] is how fast the field decays, or an upper bound of that. Where it
-    decays fast, at the start or at the speed that the step approaches, the field takes the
-    trapezoidal rule to the middle of the step and the second backward difference to its end
-    (TR-BDF2, Bank et al. 1985; L-stable), on the stages of the others. Elsewhere the whole step is
-    the classical one.
+    decays fast, at the start or at the speed that the step approaches, the field is integrated by
+    the trapezoidal rule to the middle of the step and by the second backward difference to the end
+    (TR-BDF2, Bank et al. 1985; L-stable), with the stages of the other fields. Elsewhere the whole
+    step is that of ``rk4``.
     """
 
     def moved(rates: State, time: Scalar) -> State:
@@ -212,7 +212,7 @@ class LuGre(NamedTuple):
 def bristle(
     friction: LuGre, velocity: Scalar, known: Scalar, implicit: Scalar = 0.0
 ) -> tuple[Scalar, Scalar]:
-    """Bristle deflection z [rad] and its rate [rad/s] (eq. 1f, 1g); z = known + implicit dz/dt.
+    """Return the bristle deflection, known + implicit dz/dt [rad], and dz/dt [rad/s] (eq. 1f, 1g).
 
     The equation is stiff in proportion to ``|velocity| / g``: with ``rk4`` a drive that runs away
     makes a fixed step diverge; ``rk4_tr_bdf2`` follows it.
@@ -225,13 +225,13 @@ def bristle(
 
 
 def steady_torque(friction: LuGre, velocity: Scalar) -> Scalar:
-    """Magnitude of the torque [N m] of steady sliding without its viscous part: sigma_0 g."""
+    """Return the magnitude of the steady sliding torque, without viscous part [N m]: sigma_0 g."""
     relative = velocity * friction.inverse_stribeck_velocity
     return friction.coulomb + friction.stribeck_rise * bell(1.0, relative)
 
 
 def friction_torque(friction: LuGre, velocity: Scalar, deflection: Scalar, rate: Scalar) -> Scalar:
-    """Friction torque [N m] (eq. 1e); ``deflection`` and ``rate`` are those of ``bristle``."""
+    """Return the friction torque [N m] (eq. 1e); ``deflection`` and ``rate``: see ``bristle``."""
     return (
         friction.bristle_stiffness * deflection
         + friction.bristle_damping * rate

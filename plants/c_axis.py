@@ -15,9 +15,9 @@ from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive
 class CAxisParameters(NamedTuple):
     """Physical parameters; the defaults are the machine of LL section 4.
 
-    The paper does not print the number of poles. With the published gains of its Table I the
-    linearised loop is stable for 2 poles only (pole pair -4.6 +/- 20.8j; +3.5 +/- 29.5j for 4). Its
-    Table II does not need 2: under the cutting load it scores 95.6 with 4, and never sticks.
+    The paper does not print the number of poles of the motor. With the published Table I the
+    linearised loop is stable only for 2 (eigenvalues -4.6 +/- 20.8j; +3.5 +/- 29.5j for 4). Table
+    II also works with 4: under the cutting load its fitness is 95.6, and the axis never sticks.
     """
 
     poles: Annotated[float, "1"] = 2.0  # of the motor, P
@@ -65,7 +65,7 @@ class CAxisCoefficients(NamedTuple):
     rotor_damping: Scalar
     stiffness: Scalar
     gear_ratio: Scalar
-    largest_decay: Scalar  # sigma_0 / T_c [1/rad], of the bristles and of the spindle's angle
+    largest_decay: Scalar  # sigma_0 / T_c [1/rad]: of the bristles, over the angle of the spindle
     friction: LuGre
 
 
@@ -98,9 +98,9 @@ def coefficients(p: CAxisParameters) -> CAxisCoefficients:
 def derivative(
     c: CAxisCoefficients, x: CAxisState, voltage: Scalar, load: Scalar, implicit: Scalar = 0.0
 ) -> CAxisState:
-    """Rates of the state (LL eq. 2) under ``voltage`` [V] and load torque ``load`` [N m].
+    """Return the rates of the state (LL eq. 2) for ``voltage`` [V] and load torque ``load`` [N m].
 
-    The bristle deflection is that of ``x`` plus ``implicit`` [s] times its own rate.
+    The bristle deflection is that of ``x`` plus ``implicit`` [s] times the rate of the deflection.
     """
     spring = c.stiffness * (x.rotor_angle - c.gear_ratio * x.spindle_angle)
     bent, rate = bristle(c.friction, x.spindle_velocity, x.bristle_deflection, implicit)
@@ -123,7 +123,7 @@ def derivative(
 def step(
     c: CAxisCoefficients, x: CAxisState, voltage: Scalar, loads: Loads, dt: Scalar
 ) -> CAxisState:
-    """Return the state ``dt`` [s] later under a constant voltage: RK4, fast bristles TR-BDF2."""
+    """Return the state ``dt`` [s] later under a constant voltage [V], see ``rk4_tr_bdf2``."""
     return rk4_tr_bdf2(
         lambda state, load, implicit: derivative(c, state, voltage, load, implicit),
         x,
@@ -135,7 +135,7 @@ def step(
 
 
 def signals(c: CAxisCoefficients, x: CAxisState) -> dict[str, Scalar]:
-    """Return the readings of the drive's sensors for a controller, beside the tracking error."""
+    """Return the signals of the drive that a controller can read beside the tracking error."""
     return {
         "deflection": x.rotor_angle - c.gear_ratio * x.spindle_angle,  # delta [rad]
         "deflection_rate": x.rotor_velocity - c.gear_ratio * x.spindle_velocity,  # [rad/s]

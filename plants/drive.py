@@ -1,4 +1,4 @@
-"""Definition of a drive: one axis with one command, which a user can write in thirty lines."""
+"""Definition of a drive: one axis with one command. A user can write one in thirty lines."""
 
 import re
 from collections.abc import Callable
@@ -21,7 +21,7 @@ COMMANDS = {"V": "voltage", "A": "current", "N m": "torque"}
 LOADS = {"N m": "load_torque", "N": "force"}
 
 
-#: Test whether a parameter may have a value, and the allowed values in words.
+#: Function that tells whether a parameter may have a value, and the allowed values in words.
 Allowed: TypeAlias = tuple[Callable[[float], bool], str]
 POSITIVE: Allowed = (lambda value: value > 0, "greater than 0")
 NOT_NEGATIVE: Allowed = (lambda value: value >= 0, "at least 0")
@@ -140,7 +140,7 @@ class Drive:
         return LOADS.get(self.units["load"], "load")
 
 
-@cache  # the same drive for the same encoder: it is a key of compiled code
+@cache  # always the same object for a drive and an encoder: it is a key of compiled code
 def fed_back(drive: Drive, encoder: str) -> Drive:
     """Return the drive with feedback from one of its encoders."""
     return replace(drive, feedback=(encoder, drive.encoders[encoder]))
@@ -180,7 +180,7 @@ def annotated_units(parameters: type[Parameters]) -> dict[str, str]:
 
 
 def units_in(position: str, command: str, load: str) -> dict[str, str]:
-    """Return ``Drive.units`` of a drive whose signals are its controlled position and that rate."""
+    """Return ``Drive.units`` of a drive whose only own signals are its position and velocity."""
     signal_units = {
         "error": position,
         "error_rate": f"{position}/s",
@@ -190,7 +190,7 @@ def units_in(position: str, command: str, load: str) -> dict[str, str]:
     return signal_units | {"position": position, "velocity": f"{position}/s"}
 
 
-#: Allowed units: they occur in comments of code and in commands, which they must not end.
+#: Allowed units: their text must not end a comment of generated code, or a command, around it.
 UNIT = re.compile(r"[\w /.^%°·()+-]{0,32}")
 #: Allowed name of a signal or an axis, in every language.
 NAME = re.compile(r"[A-Za-z_]\w{0,31}", re.ASCII)
@@ -210,7 +210,7 @@ def called(thing: Any, part: str, *given: Any) -> Any:
 
 
 def drive_fault(drive: Drive) -> str | None:
-    """Return a line on why a drive cannot work; None if nothing is seen at once."""
+    """Return a line on why a drive cannot work; None if no fault is found without a simulation."""
     try:
         parameters = drive.parameters()
     except TypeError:

@@ -17,12 +17,12 @@ from plants.sliding import Slide, slid
 class FeedDriveParameters(NamedTuple):
     """Physical parameters; the defaults are the X-axis of JK04.
 
-    Above the Coulomb level, friction at V [mm/s] is ``start + slope V + curvature V^2``: the
-    start and negative viscous friction of JK04 eq. 28, signed as printed for either direction.
-    With F_c and the printed K the PID has the contour errors of Fig. 12; if the singletons of
-    Table 3 are doubled too, nearly all other figures agree (``experiments/jee_koren_2004``). With
-    the printed singletons Fig. 10 needs K = 40 and no F_c; eq. 28 alone then pushes an axis near
-    12 mm/s.
+    Friction at V [mm/s] is the Coulomb level; below ``low_velocity`` ``start + slope V + curvature
+    V^2`` is added, the start and negative viscous friction of JK04 eq. 28, signed as printed for
+    each direction. With F_c and the printed K the PID has the contour errors of Fig. 12; if the
+    singletons of Table 3 are doubled too, nearly all other figures agree
+    (``experiments/jee_koren_2004``). With the printed singletons Fig. 10 needs K = 40 and no F_c;
+    then the friction of eq. 28 alone would drive an axis near 12 mm/s.
     """
 
     #: K, speed of the free axis for a unit of the command
@@ -31,12 +31,12 @@ class FeedDriveParameters(NamedTuple):
     #: F_c, the same at every speed; fitted, no paper prints it
     coulomb: Annotated[float, "unit"] = 15.0
     positive_start: Annotated[float, "unit"] = 6.54  # of the friction of JK04 eq. 28 forwards
-    positive_slope: Annotated[float, "unit/(mm/s)"] = -1.16  # of the same against the speed
-    #: of the same against the speed squared
+    positive_slope: Annotated[float, "unit/(mm/s)"] = -1.16  # of friction forwards over the speed
+    #: of friction forwards over the speed squared
     positive_curvature: Annotated[float, "unit/(mm/s)^2"] = 0.05
     negative_start: Annotated[float, "unit"] = -6.43  # of the friction of JK04 eq. 28 backwards
-    negative_slope: Annotated[float, "unit/(mm/s)"] = -1.00  # of the same against the speed
-    #: of the same against the speed squared
+    negative_slope: Annotated[float, "unit/(mm/s)"] = -1.00  # of friction backwards over the speed
+    #: of friction backwards over the speed squared
     negative_curvature: Annotated[float, "unit/(mm/s)^2"] = -0.04
     low_velocity: Annotated[float, "mm/s"] = 12.0  # speed below which the polynomial acts
     #: break-away level minus sliding friction at V -> 0
@@ -76,7 +76,7 @@ class FeedDriveCoefficients(NamedTuple):
 
 
 def coefficients(p: FeedDriveParameters) -> FeedDriveCoefficients:
-    """Coefficients per BLU/s; both friction curves become positive functions of the speed."""
+    """Return the coefficients, for BLU/s; both friction curves become functions of the speed."""
     return FeedDriveCoefficients(
         gain=p.gain,
         time_constant=p.time_constant,
@@ -103,7 +103,7 @@ def friction(c: FeedDriveCoefficients, direction: Scalar, speed: Scalar) -> Scal
 
 
 def at_low_speed(curve: FrictionCurve, speed: Scalar) -> Scalar:
-    """What ``curve`` adds to the Coulomb level [unit] at ``speed`` [BLU/s] (JK04 eq. 28)."""
+    """Return what ``curve`` adds to the Coulomb level [unit] at ``speed`` [BLU/s] (JK04 eq. 28)."""
     return curve.start + speed * (curve.slope + speed * curve.curvature)
 
 
@@ -138,8 +138,8 @@ _sign_fault = only_positive(
 def fault(changes: dict[str, float]) -> str | None:
     """Return what makes the nominal axis with ``changes`` impossible, or None.
 
-    That is a wrong sign, or friction that would accelerate the free axis somewhere, against its
-    damping.
+    It is a wrong sign, or friction that would accelerate the free axis at some speed, in spite of
+    the damping.
     """
     if sign_fault := _sign_fault(changes):
         return sign_fault
@@ -163,7 +163,7 @@ def fault(changes: dict[str, float]) -> str | None:
 FEED_DRIVE = Drive(
     name="feed-drive",
     parameters=FeedDriveParameters,
-    # settings of encoder and converter, and how far the fit of the friction reaches
+    # settings of encoder and converter, and the speed up to which the fit of the friction is valid
     exact=frozenset({"blu", "lowest_command", "highest_command", "low_velocity"}),
     fault=fault,
     units=units_in("BLU", "unit", "unit"),
@@ -181,7 +181,7 @@ FEED_DRIVE = Drive(
     accepted=accepted,
     # the linear encoder reports the nearest whole BLU
     measured=lambda c, x: x._replace(position=jnp.round(x.position)),
-    commanded=lambda reference: np.round(reference * (1.0 + 1e-9)),  # a half is not by a last bit
+    commanded=lambda reference: np.round(reference * (1.0 + 1e-9)),  # halves: not by the last bit
     millimetres=lambda p: p.blu,
     top_speed=lambda p: p.gain * max(min(p.highest_command, -p.lowest_command) - p.coulomb, 0.0),
     linear=lambda p: (p.gain, p.time_constant),

@@ -2,9 +2,9 @@
 
 After the machine of Lin & Gai (2009, cited as LG09), of which Table 1 prints the settings of the
 control and nothing of the mechanics: masses and friction here are those of a machine of its size.
-Its largest error of 15 mm at 30 m/min on X (10 deg at 20,000 deg/min on A) is the speed over the
-gain of 33.33: the gain counts in 1/s, and the command is a speed, 8 V for the largest. So the
-amplifiers close a proportional velocity loop, in which friction reduces the speed.
+In the paper the largest error, 15 mm at 30 m/min on X (10 deg at 20,000 deg/min on A), is the speed
+divided by the gain 33.33. The unit of the gain is thus 1/s, and the command is a speed, the largest
+at 8 V: the amplifiers close a proportional velocity loop, in which friction reduces the speed.
 """
 
 from collections import namedtuple
@@ -54,7 +54,7 @@ class ServoCoefficients(NamedTuple):
     gain: Scalar  # velocity over force [(mm/s)/N or (deg/s)/(N m)]
     time_constant: Scalar  # of the loop of the velocity [s]
     stiffness: Scalar  # force of the amplifier over velocity [N/(mm/s) or N m/(deg/s)]
-    viscous: Scalar  # the same of friction
+    viscous: Scalar  # viscous friction over velocity [N/(mm/s) or N m/(deg/s)]
     coulomb: Scalar  # [N or N m]
     stiction_rise: Scalar  # [N or N m]
     inverse_stribeck_velocity: Scalar
@@ -63,11 +63,11 @@ class ServoCoefficients(NamedTuple):
     unbalance: Scalar  # [kg or kg m]
     velocity_per_volt: Scalar
     highest_voltage: Scalar  # [V]
-    count: Scalar  # [mm or deg]
+    count: Scalar  # step of the encoder [mm or deg]
 
 
 def _coefficients(per_unit: float, p: Any) -> ServoCoefficients:
-    """Return the coefficients for ``per_unit`` mm in a m, or deg in a rad."""
+    """Return the coefficients; ``per_unit``: number of mm in a m, or of deg in a rad."""
     whole = p.amplifier_gain + p.viscous_friction
     return ServoCoefficients(
         gain=per_unit / whole,
@@ -87,7 +87,7 @@ def _coefficients(per_unit: float, p: Any) -> ServoCoefficients:
 
 
 def sliding_friction(c: ServoCoefficients, speed: Scalar) -> Scalar:
-    """Return friction [N or N m] without its viscous part; at rest the break-away level."""
+    """Return the friction [N or N m] without its viscous part; at rest the break-away level."""
     relative = jnp.asarray(speed * c.inverse_stribeck_velocity)
     return c.coulomb + c.stiction_rise * bell(1.0, relative)
 
@@ -120,7 +120,7 @@ def acceleration(c: ServoCoefficients, x: ServoState, volts: Scalar) -> Scalar:
 
 
 def _top_speed(c: ServoCoefficients) -> float:
-    """Return the speed that the highest voltage holds against friction."""
+    """Return the speed [of the position, per s] that the highest voltage holds against friction."""
     speed = c.gain * (c.stiffness * c.velocity_per_volt * c.highest_voltage - c.coulomb)
     if c.viscous > 0:
         speed = min(speed, (c.peak_force - c.coulomb) / c.viscous)
@@ -133,7 +133,7 @@ def per_unit_of(rotary: bool) -> float:
 
 
 def servo(name: str, rotary: bool = False, **nominal: float) -> Drive:
-    """Return a servo axis with these parameters (``UNITS``) as its nominal ones."""
+    """Return a servo axis with ``nominal`` values of its parameters (keys of ``UNITS``)."""
     values = {"highest_voltage": VOLTS, "counts_per_turn": COUNTS, **nominal}
     record: Any = namedtuple  # a class of its own, for its own defaults
     defaults = [values[key] for key in UNITS]
@@ -184,7 +184,7 @@ def _linear(name: str, mass: float, m_min: float, **nominal: float) -> Drive:
 
 
 def _rotary(name: str, inertia: float, deg_min: float, **nominal: float) -> Drive:
-    """Return a table with an ``inertia`` [kg m2] behind a worm gear of 60."""
+    """Return a table with ``inertia`` [kg m2], worm gear 60:1, top speed ``deg_min`` [deg/min]."""
     nominal = {"stribeck_velocity": 0.5, "travel_per_turn": 6.0, **nominal}
     return servo(name, True, inertia=inertia, velocity_per_volt=deg_min / 60.0 / VOLTS, **nominal)
 
@@ -205,7 +205,7 @@ _DRIVES = {
 
 
 def forces(fixed: Each, states: Each, commands: Each) -> Each:
-    """Return the forces of gravity and of the others' accelerations on X, Y, Z [N], A and C [N m].
+    """Return gravity and inertia forces between the axes, on X, Y, Z [N], A and C [N m].
 
     They are added to the loads. X and Y carry the cradle A, which turns about X, and the table C on
     it; Z is vertical. The centre of mass of the cradle lies below its axis where A is 0; that of
@@ -220,7 +220,7 @@ def forces(fixed: Each, states: Each, commands: Each) -> Each:
         once(metre * acceleration(coefficients, states[k], commands[k])) for k, coefficients in each
     ]
     tilt, angle = (jnp.deg2rad(states[k].position) for k in (3, 4))
-    # in the table, where Y was [m/s2]
+    # acceleration in the direction that Y has in the tilted table [m/s2]
     across = once(jnp.cos(tilt) * pulled[1] + jnp.sin(tilt) * GRAVITY)
     return (
         0.0 * pulled[0],

@@ -42,7 +42,7 @@ class Machine:
         return Machine(self.name, (self.axes[k],), (self.drives[k],))
 
     def with_feedback(self, encoders: tuple[str | None, ...]) -> "Machine":
-        """Return the machine with feedback from ``encoders``, one per axis; None: the drive's."""
+        """Return the machine with feedback from ``encoders``, one an axis; None: unchanged."""
         if not any(encoders):
             return self
         pairs = zip(self.drives, encoders, strict=True)
@@ -89,7 +89,7 @@ class Machine:
 
         if self.forces is None:
             return pushed(loads)
-        # The forces at the end are those of a first try, so that the step is of second order.
+        # The forces at the end are those after a trial step, so that the step is of second order.
         before = self.forces(fixed, states, commands)
         held_forces = tuple((force, force, force) for force in before)
         after = self.forces(fixed, pushed(tree.map(add, loads, held_forces)), commands)
@@ -97,7 +97,7 @@ class Machine:
         return pushed(tree.map(add, loads, rising))
 
 
-_beside = cache(Machine)  # the same machine for the same drives: it is a key of compiled code
+_beside = cache(Machine)  # always the same object for equal drives: it is a key of compiled code
 
 
 def machine_of(plant: Drive | Machine) -> Machine:
@@ -116,13 +116,13 @@ def side_by_side(name: str = "", **drives: Drive) -> Machine:
 
 
 def coupled(plant: Drive | Machine, forces: Forces, name: str = "") -> Machine:
-    """Return the machine with ``forces`` between its axes; ``name`` of a new machine."""
+    """Return the machine with ``forces`` between its axes, under a new ``name`` if it is not ""."""
     machine = machine_of(plant)
     return Machine(name or machine.name, machine.axes, machine.drives, forces)
 
 
 def plant_fault(plant: Drive | Machine) -> str | None:
-    """Return a line on why a plant cannot work; None if nothing is seen at once."""
+    """Return a line on why a plant cannot work; None if no fault is found without a simulation."""
     machine = machine_of(plant)
     for fault_of in (drive_fault, step_fault):
         if fault := next(filter(None, map(fault_of, machine.drives)), None):
@@ -142,9 +142,9 @@ def plant_fault(plant: Drive | Machine) -> str | None:
 
 
 def step_fault(drive: Drive) -> str | None:
-    """Return a line on what is wrong with the result of a step; None if nothing, or if it raises.
+    """Return a line on what is wrong with the result of a step; None if it is right.
 
-    An exception is reported in the simulation, with the line of the user's code.
+    None also if the step raises: the simulation reports that, with the line of the user's code.
     """
     fixed = called(drive, "coefficients", drive.parameters())
     before = called(drive, "initial_state", 0.0)

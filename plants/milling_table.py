@@ -5,11 +5,11 @@ which prints no parameters. Motor with screw and table are two masses, joined by
 behind the backlash; the command is the voltage of the servo amplifier. Lengths are of the table:
 rotation is counted by the lead of the screw.
 
-Both masses have friction that really holds them. One step is solved exactly for the piecewise
+The friction of both masses holds them fully at rest. Each step is solved exactly for the piecewise
 linear spring and friction, so that it is stable for any length and finds sticking without a
-threshold. Energy can grow only in steps in which a body stops or reverses, or in which flanks touch
-or part: by a percent where they are short beside a swing of the spring; ``motion`` takes several of
-them.
+threshold. Energy can grow only in a step in which a body stops or reverses, or flanks touch or
+part: by a percent if the step is short compared with a period of the spring, for which ``motion``
+takes several steps.
 """
 
 from math import pi
@@ -27,25 +27,25 @@ class Joined(NamedTuple):
 
     driving_mass: Scalar  # [N s2/mm]
     driving_damping: Scalar  # [N s/mm]
-    driving_friction: Scalar  # Coulomb's [N]
+    driving_friction: Scalar  # Coulomb friction of the driving body [N]
     driven_mass: Scalar  # [N s2/mm]
     viscous: Scalar  # friction of the driven body [N s/mm]
     coulomb: Scalar  # of the driven body [N]
     stiction_rise: Scalar  # break-away force less the Coulomb friction [N]
     inverse_stribeck_velocity: Scalar  # [s/mm]
-    stiffness: Scalar  # [N/mm]
+    stiffness: Scalar  # of the spring between the bodies [N/mm]
     damping_time: Scalar  # damping over stiffness of the spring [s]
     half_gap: Scalar  # half of the backlash [mm]
 
 
 class Motion(NamedTuple):
-    """Motion of the two bodies since some moment."""
+    """Motion of the two bodies since the start of a simulation step."""
 
     deflection: Scalar  # of the driving body from the driven one, 0 in the middle of the gap [mm]
     driving_velocity: Scalar  # [mm/s]
     velocity: Scalar  # of the driven body [mm/s]
-    way: Scalar  # of the driven body since that moment [mm]
-    before: Scalar  # its velocity a step ago [mm/s]
+    way: Scalar  # travel of the driven body since that start [mm]
+    before: Scalar  # velocity of the driven body one integration step ago [mm/s]
 
 
 def motion(
@@ -68,16 +68,16 @@ def sliding_friction(c: Joined, velocity: Scalar) -> Scalar:
 
 
 class _Forces(NamedTuple):
-    """Constants of all steps. A body's velocity at the end of a step is ``ease`` times a force."""
+    """Constants of all steps; the velocity of a body after a step is ``ease`` times a force."""
 
     push: Scalar  # [N]
     load: Scalar  # [N]
     dt: Scalar  # [s]
-    range: Scalar  # from the start to where the spring's force is taken [s]
-    driving_kept: Scalar  # force that would keep a velocity, M / dt - b / 2 [N s/mm]
-    driving_ease: Scalar  # 1 / (M / dt + b / 2) [mm/(N s)]
-    driven_kept: Scalar
-    driven_ease: Scalar
+    range: Scalar  # time from the start of a step to the moment of the spring's force [s]
+    driving_kept: Scalar  # force for a velocity that persists, M / dt - b / 2 [N s/mm]
+    driving_ease: Scalar  # velocity for a force, 1 / (M / dt + b / 2) [mm/(N s)]
+    driven_kept: Scalar  # the same of the driven body
+    driven_ease: Scalar  # the same of the driven body
 
 
 def _forces(c: Joined, push: Scalar, load: Scalar, dt: Scalar) -> _Forces:
@@ -119,16 +119,16 @@ def _step(c: Joined, f: _Forces, x: Motion) -> Motion:
 
 
 def _beyond(force: Scalar, friction: Scalar) -> Scalar:
-    """Return the rest of a force after Coulomb friction; 0 where friction holds it."""
+    """Return what Coulomb friction leaves of a force; 0 where friction holds the body."""
     return force - jnp.clip(force, -friction, friction)
 
 
 class _Body(NamedTuple):
-    """Body as the spring meets it."""
+    """What the force of the spring depends on, of one body."""
 
-    force: Scalar  # that would move it on, away from the other one [N]
+    force: Scalar  # on the body without the spring, positive away from the other body [N]
     friction: Scalar  # [N]
-    slope: Scalar  # deflection that it gives a newton [mm/N]
+    slope: Scalar  # deflection for a unit of the force [mm/N]
 
 
 #: Two bodies, both held back by the spring.
@@ -145,7 +145,7 @@ def _spring(c: Joined, known: Scalar, *bodies: _Body) -> Scalar:
     one, other = (body._replace(force=side * body.force) for body in bodies)
     known, free = (side * deflection - c.half_gap for deflection in (known, free))
     crossing = side * _crossing(1.0 / c.stiffness, known, free, (one, other))
-    return jnp.where(free <= 0.0, 0.0, crossing)  # what is no number shows in both bodies
+    return jnp.where(free <= 0.0, 0.0, crossing)  # a nan passes on to both bodies
 
 
 def _crossing(ease: Scalar, known: Scalar, free: Scalar, bodies: _Pair) -> Scalar:
@@ -180,14 +180,14 @@ class MillingTableParameters(NamedTuple):
     lead: Annotated[float, "mm/rev"] = 5.0  # of the screw
     table_mass: Annotated[float, "kg"] = 100.0  # of table and load
     stiffness: Annotated[float, "N/mm"] = 5.0e4  # of screw, nut and bearings
-    damping: Annotated[float, "N s/mm"] = 20.0  # of the same
+    damping: Annotated[float, "N s/mm"] = 20.0  # of screw, nut and bearings
     backlash: Annotated[float, "mm"] = 0.4  # of the nut, from flank to flank
     coulomb_friction: Annotated[float, "N"] = 300.0  # of the slides
     stiction_rise: Annotated[float, "N"] = 100.0  # break-away force less the Coulomb friction
     stribeck_velocity: Annotated[float, "mm/s"] = 1.0  # speed at which stiction has fallen to 1/e
     viscous_friction: Annotated[float, "N s/mm"] = 5.0  # of the slides
     scale_resolution: Annotated[float, "mm"] = 0.005  # of the optical scale at the table
-    #: of the encoder at the motor, in motion of the table
+    #: of the encoder at the motor, as travel of the table
     motor_resolution: Annotated[float, "mm"] = 0.00125
     highest_voltage: Annotated[float, "V"] = 10.0  # of either sign
 
@@ -211,12 +211,12 @@ class MillingTableCoefficients(NamedTuple):
     highest_voltage: Scalar  # [V]
 
 
-#: Integration steps in a step: with 5 ms one is short beside a swing of the spring, some 10 ms.
+#: Integration steps in a step. One of 5 ms / 16 is short beside a period of the spring (~10 ms).
 INNER = 16
 
 
 def coefficients(p: MillingTableParameters) -> MillingTableCoefficients:
-    """Forces and masses as the table meets them through the screw."""
+    """Return the coefficients; forces and masses of the motor are those seen at the table."""
     turn = 2.0 * pi / p.lead  # [rad/mm]
     axis = Joined(
         driving_mass=1e3 * p.motor_inertia * turn * turn,
@@ -242,7 +242,7 @@ def step(
     """Return the state ``dt`` [s] later under a constant ``voltage`` [V] and ``loads`` [N]."""
     begin, middle, end = loads
     load = (begin + 4.0 * middle + end) / 6.0
-    # The way within the step, not the position: a float32 would lose the deflection in that.
+    # The travel within the step, not the position, in which float32 would lose the deflection.
     deflection, still = x.motor_position - x.position, 0.0 * x.position
     start = Motion(deflection, x.motor_velocity, x.velocity, still, x.velocity)
     moved = motion(c.axis, start, c.force_gain * voltage, load, dt, INNER)
@@ -257,7 +257,7 @@ def accepted(c: MillingTableCoefficients, command: Scalar) -> Scalar:
 
 
 def measured(c: MillingTableCoefficients, x: MillingTableState) -> MillingTableState:
-    """Return the state as counted by the scale and by the motor's encoder."""
+    """Return the state with the positions that the scale and the motor's encoder read."""
     return x._replace(
         position=counted(x.position, c.scale_resolution),
         motor_position=counted(x.motor_position, c.motor_resolution),

@@ -2,13 +2,13 @@
 
 The electro-mechanical positioning system of A. Janot, M. Gautier and M. Brunot ("Data set and
 reference models of EMPS", Nonlinear System Identification Benchmarks, 2019), cited as EMPS; its
-figures are the defaults. With a the acceleration, u the voltage and v the velocity::
+values are the defaults. With the acceleration a, the voltage u and the velocity v::
 
     mass a = amplifier_gain u - viscous_friction v - coulomb_friction sign(v) - offset - load
 
-The offset is a permanent force, of the amplifier or of a slope. In motion it cannot be told from
-Coulomb friction that is larger forwards and smaller backwards by the offset; at rest the stage
-holds against a force that, less the offset, is not above its break-away force.
+The offset is a permanent force, of the amplifier or of a slope. In motion it has the same effect as
+Coulomb friction that is larger forwards and smaller backwards by the offset. At rest the stage
+stays where it is while the force minus the offset does not exceed the break-away force.
 """
 
 from functools import partial
@@ -45,12 +45,12 @@ class PositioningStageState(NamedTuple):
 
 
 class PositioningStageCoefficients(NamedTuple):
-    """Quantities that a step needs, computed once; every force as the voltage it costs."""
+    """Quantities that a step needs, computed once; forces are given as the voltage for them."""
 
     gain: Scalar  # velocity over voltage [(mm/s)/V]
     time_constant: Scalar  # [s]
     coulomb: Scalar  # [V]
-    slope: Scalar  # viscous friction forwards less its mean [V/(mm/s)]
+    slope: Scalar  # viscous friction forwards less that in the mean of both directions [V/(mm/s)]
     offset: Scalar  # [V]
     stiction_rise: Scalar  # [V]
     volt: Scalar  # force of a volt [N/V]
@@ -75,7 +75,7 @@ def coefficients(p: PositioningStageParameters) -> PositioningStageCoefficients:
 
 
 def friction(c: PositioningStageCoefficients, direction: Scalar, speed: Scalar) -> Scalar:
-    """Return friction at ``speed`` [mm/s] in ``direction`` beside the mean viscous friction [V]."""
+    """Return friction at ``speed`` [mm/s] in ``direction``, less mean viscous friction [V]."""
     return c.coulomb + jnp.where(direction > 0, c.slope, -c.slope) * speed
 
 
@@ -88,7 +88,7 @@ def step(
 ) -> PositioningStageState:
     """Return the state ``dt`` [s] later under constant ``voltage`` [V] and ``loads`` [N].
 
-    Exact for constant loads and viscous friction equal in both directions, else of second order.
+    It is exact for constant loads and equal viscous friction in both directions, else of 2nd order.
     """
     start, middle, end = loads
     load = (start + 4.0 * middle + end) / 6.0 / c.volt
@@ -102,7 +102,7 @@ def accepted(c: PositioningStageCoefficients, command: Scalar) -> Scalar:
 
 
 def measured(c: PositioningStageCoefficients, x: PositioningStageState) -> PositioningStageState:
-    """Return the state as the encoder counts it."""
+    """Return the state with the position that the encoder reads."""
     return x._replace(position=counted(x.position, c.encoder_resolution))
 
 

@@ -1,7 +1,7 @@
 """Drive of the first order against sliding friction, with stops computed at their exact time.
 
-Solves ``tau dv/dt = K (drive - friction) - v``, ``dp/dt = v`` with friction that depends on speed
-and direction, and that holds a resting axis against any drive up to its break-away level.
+Solves ``tau dv/dt = K (drive - friction) - v``, ``dp/dt = v``; ``drive`` is the command or force
+that moves the axis. Friction depends on speed and direction; at rest it has a break-away level.
 """
 
 from collections.abc import Callable
@@ -20,7 +20,7 @@ class Slide(NamedTuple):
 
     gain: Scalar  # K, velocity over drive
     time_constant: Scalar  # tau [s]
-    friction: Callable[[Scalar, Scalar], Scalar]  # (direction, speed) -> level, as the drive counts
+    friction: Callable[[Scalar, Scalar], Scalar]  # (direction, speed) -> level, in units of drive
     stiction_rise: Scalar = 0.0  # break-away level less the friction at speed 0
 
 
@@ -28,9 +28,9 @@ def slid(slide: Slide, x: State, drive: Scalar, dt: Scalar) -> State:
     """Return the state ``dt`` [s] later under a constant ``drive``.
 
     A first leg lasts until the axis stops, a second one uses the rest of the step: the axis rests,
-    or breaks away from there. Each leg is the exact solution of the linear part under the mean of
-    the friction at its ends: second-order, without error where friction is constant, stable for
-    every ``dt``, and a stop is met at its time, which a fixed Runge-Kutta step would run past.
+    or breaks away again. Each leg is the exact solution of the linear part under the mean of the
+    friction at its ends. The step is of second order, exact where friction is constant, and stable
+    for every ``dt``. It stops at the right time, which a fixed Runge-Kutta step would run past.
     """
     stopped, left = _leg(slide, x, drive, dt)
     return _leg(slide, stopped, drive, left)[0]

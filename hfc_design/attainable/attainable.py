@@ -26,7 +26,7 @@ from hfc_design.files.scenario import Scenario
 from plants import C_AXIS
 from plants.c_axis import CAxisState
 
-#: Samples after the first event of a motion that are evaluated, and their largest number.
+#: Samples behind the first error of a motion that are evaluated, and their largest number.
 SAMPLES, MOST_SAMPLES = 256, 1024
 #: If the last quarter of them has more than this share of the sum of errors, they are doubled.
 LATE = 0.005
@@ -34,7 +34,7 @@ LATE = 0.005
 #: which it must raise the result. The bounds end where the errors of the known motion have added up
 #: to the last share.
 ROUNDS, ASKED, RISE, MOSTLY = 3, 16, 0.01, 0.99
-#: Samples after the last of these whose errors count in these rounds.
+#: Samples behind the last of these bounds whose errors still count in these rounds.
 AFTER = 24
 
 
@@ -42,15 +42,15 @@ class Attainable(NamedTuple):
     """Results for one motion; sums of ``|e|`` over all its samples [rad]."""
 
     name: str
-    bound: float  # no controller is below
+    bound: float  # no controller has a smaller sum
     simple: float  # the same before anything is known of the spindle's direction
     reached: float  # by the best voltage that was found
-    samples: int  # that the bound counts; errors of later ones are taken for nothing
-    allowance: float  # for rounding and for what bristles do within a sample, in the bound already
-    voltage: Floats  # (steps,) that reaches it [V]
+    samples: int  # number of samples in the bound; errors of later ones count as 0
+    allowance: float  # for rounding and for bristles within a sample, subtracted in the bound
+    voltage: Floats  # (steps,) that gives ``reached`` [V]
 
     def numbers(self) -> Json:
-        """Everything but the voltage as plain data."""
+        """Return all fields except name and voltage, for JSON."""
         keys = ("bound", "simple", "reached", "allowance")
         return {key: float(getattr(self, key)) for key in keys} | {"samples": self.samples}
 
@@ -76,11 +76,11 @@ def check(scenario: Scenario) -> None:
 
 
 def attainable(scenario: AnyScenario) -> dict[str, Attainable]:
-    """Bound and best known voltage of every motion of a scenario, by its name.
+    """Return bound and best known voltage of every motion of a scenario, by the motion's name.
 
     They hold for the nominal machine with ideal sensors, and for a controller that may know
-    everything beforehand, load and friction too; it is limited only by the voltage, and by the
-    delay of a sample if the scenario has one.
+    everything beforehand, load and friction too; it is limited only by the voltage, and by whole
+    samples of delay if the scenario has a delay.
 
     Raises:
         UserError: the scenario has no bound.
@@ -99,10 +99,10 @@ class _Window(NamedTuple):
 
     machine: LinearModel
     one: Sampled
-    moved: Floats  # (samples + 1, 5) without voltage and bristles
-    errors: Floats  # (samples,) at the end of each
+    moved: Floats  # (samples + 1, 5) states without voltage and bristles
+    errors: Floats  # (samples,) of these states, at the end of each sample
     reached: Reachable
-    start: float  # of the bristles [rad]
+    start: float  # initial deflection of the bristles [rad]
 
 
 def _of_motion(name: str, scenario: Scenario) -> Attainable:
@@ -112,7 +112,7 @@ def _of_motion(name: str, scenario: Scenario) -> Attainable:
     one = sampled(machine, scenario.simulation.sample_time_s)
     moved = undriven(machine, played.samples, played.substeps, start)
     errors = np.asarray(played.samples.axes[0].target) - moved[:, ANGLE]
-    if len(errors) == 1:  # nothing that a voltage does is seen
+    if len(errors) == 1:  # no voltage can change this error
         first = abs(float(errors[0]))
         return Attainable(name, first, first, first, 1, 0.0, np.zeros(1))
     largest = np.full(len(errors), played.limit)
@@ -148,7 +148,7 @@ def _window(
     start: CAxisState,
     count: int,
 ) -> _Window:
-    """The window of the first ``count`` samples."""
+    """Return the window of the first ``count`` samples."""
     target = np.asarray(played.samples.axes[0].target)[1:count]
     loads = np.asarray(played.samples.axes[0].loads)[:, :count]
     z = start.bristle_deflection
@@ -157,7 +157,7 @@ def _window(
 
 
 def _first(window: _Window, bounds: Bounds, steps: int) -> tuple[_Window, Bounds]:
-    """The window and bounds of fewer samples."""
+    """Return window and bounds of the first ``steps`` samples."""
     reached = Reachable(*(x[:steps] for x in window.reached))
     moved, errors = window.moved[: steps + 1], window.errors[:steps]
     first = window._replace(moved=moved, errors=errors, reached=reached)
@@ -175,7 +175,7 @@ def _programme(window: _Window, bounds: Bounds) -> LinearProgram:
 
 
 def _bound(window: _Window, bounds: Bounds) -> tuple[Solved, Certified, float]:
-    """The solution, its certified bound, and the share of the last quarter in its errors."""
+    """Return the solution, its certified bound, and the share of the last quarter in its errors."""
     solution = _programme(window, bounds).least_sum()
     if solution is None:
         raise RunError("the linear programme of the bound has no solution that HiGHS finds")
@@ -189,7 +189,7 @@ def _bound(window: _Window, bounds: Bounds) -> tuple[Solved, Certified, float]:
 def _tightened(
     window: _Window, bounds: Bounds, proof: Certified, known: RolledOut, budget: float
 ) -> Certified:
-    """Bound for motions that are better than the ``known`` one, with closer bounds of friction.
+    """Return a bound for motions that are better than the ``known`` one, by bounds of friction.
 
     The solver may fail in any round; the bounds of the previous rounds remain valid.
     """

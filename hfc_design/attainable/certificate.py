@@ -1,8 +1,8 @@
 """Proof by multipliers: a lower bound of sum |e|, with rounding included.
 
-With multipliers ``l(k)`` within +-1, ``sum |e(k)| >= sum l(k) e(k)``, and this is linear in voltage
-and bristles. Its least value is found sample by sample: the voltage is at a limit, and the bristles
-are at one of their bounds at every moment. The source of the multipliers need not be trusted.
+For any multipliers ``l(k)`` within +-1, ``sum |e(k)| >= sum l(k) e(k)``. The right side is linear
+in voltage and bristles. Its least value is found sample by sample: the voltage is at a limit, and
+the bristles are at one of their bounds. How the multipliers were found does not matter.
 """
 
 from typing import NamedTuple
@@ -31,7 +31,7 @@ class Bounds(NamedTuple):
 class Certified(NamedTuple):
     """A lower bound and its parts [rad]."""
 
-    bound: float  # all is taken off already
+    bound: float  # with both allowances already subtracted
     rounding: float  # allowance for float64
     between: float  # allowance for what the bristles do within a sample
 
@@ -44,18 +44,18 @@ def certified(
     bounds: Bounds,
     momentum: Floats | None = None,
 ) -> Certified:
-    """The least ``sum l(k) e(k) + sum m(k) p(k)``, k = 1 ... steps, of motions within ``bounds``.
+    """Return a lower bound of ``sum l(k) e(k) + sum m(k) p(k)``, k = 1 ... steps, of all motions.
 
-    With the ``multipliers`` l (steps,) within +-1 and without m it is a bound of ``sum |e(k)|``.
-    ``errors`` (steps,) are those without voltage and bristles at the end of each sample; m (steps,)
-    [rad / (N m s)] multiplies the part of the ``momentum`` p that voltage and bristles cause.
+    These are within ``bounds``. ``multipliers`` is l (steps,); within +-1, and without m, it makes
+    a bound of ``sum |e(k)|``. ``errors`` (steps,) are without voltage and bristles. ``momentum`` is
+    m (steps,) [rad / (N m s)], for the part of the momentum p that voltage and bristles cause.
     """
     duals = np.nan_to_num(multipliers)
     back = _adjoint(one, duals, momentum)
     gain = back @ one.voltage
     pushed = np.abs(gain) * bounds.voltage
     starts, ends = back @ (one.a @ machine.bristle), back @ machine.bristle
-    # What bristles at a bound take away at a moment, by what one radian does.
+    # Largest reduction of the sum by the bristles at a moment: effect of a radian times a bound.
     worst = [np.maximum(x * bounds.low, x * bounds.high) for x in (starts, ends)]
     bent = 0.5 * one.time * (worst[0] + worst[1])
     between = _between(machine, one, back, bounds)
@@ -65,7 +65,7 @@ def certified(
 
 
 def _adjoint(one: Sampled, multipliers: Floats, momentum: Floats | None) -> Floats:
-    """(steps, 5) reduction of the remaining sum by a unit of each state at the end of a sample."""
+    """Return how much a unit of each state at the end of a sample reduces the sum, (steps, 5)."""
     back = np.empty((len(multipliers), STATES))
     x = np.zeros(STATES)
     for k in range(len(multipliers) - 1, -1, -1):
@@ -78,10 +78,10 @@ def _adjoint(one: Sampled, multipliers: Floats, momentum: Floats | None) -> Floa
 
 
 def _between(machine: LinearModel, one: Sampled, back: Floats, bounds: Bounds) -> float:
-    """Bound of the error of the trapezoidal rule for the integral of the bristles' contribution.
+    """Return a bound of the error of the trapezoidal rule for the contribution of the bristles.
 
-    The contribution is a convex function of their density, and the density is off the line
-    through its ends by ``h^2/8`` times its largest second derivative at most, its mean by two
+    The contribution is a convex function of its density in time. The density differs from the line
+    through its ends by at most ``h^2/8`` times its largest second derivative, its mean by two
     thirds of that.
     """
     curved = np.abs(back @ machine.a @ machine.a)
@@ -93,7 +93,7 @@ def _between(machine: LinearModel, one: Sampled, back: Floats, bounds: Bounds) -
 def _rounding(
     machine: LinearModel, one: Sampled, back: Floats, given: float, bounds: Bounds
 ) -> float:
-    """A bound of the rounding errors of float64, with the exponentials to a few units each.
+    """Return a bound of rounding errors of float64; exponentials are exact to a few last digits.
 
     It uses coordinates in which the powers of the machine's matrix amplify little. The rounding
     error of a step then grows at most by the largest of these powers.
@@ -102,13 +102,13 @@ def _rounding(
     if not size.any():
         return 0.0  # every multiplier is zero, and nothing was added
     size = np.maximum(size, LEAST_SIZE * size.max())
-    a = one.a.T * size / size[:, None]  # of the adjoint, counted in its own sizes
+    a = one.a.T * size / size[:, None]  # matrix of the adjoint, in units of its largest values
     power, growth = np.eye(STATES), 1.0
     for _ in range(len(back)):
         power = a @ power
         growth = max(growth, float(np.linalg.norm(power, np.inf)))
     each = 64.0 * ROUNDING * growth * (float(np.linalg.norm(np.abs(a), np.inf)) + 1.0)
-    off = len(back) * each * size  # of every adjoint
+    off = len(back) * each * size  # error of every adjoint
     deflection_sum = np.maximum(np.abs(bounds.low), np.abs(bounds.high)).sum()
     by_voltage = float(off @ np.abs(one.voltage)) * bounds.voltage.sum()
     density = np.abs(machine.bristle) + np.abs(one.a @ machine.bristle)

@@ -36,7 +36,7 @@ class LinearModel(NamedTuple):
     inverse_velocity: float  # 1 / omega_s [s/rad]
 
     def steady(self, speed: float) -> float:
-        """Deflection of the bristles at a steady speed, its magnitude [rad] (LL eq. 1g)."""
+        """Return the magnitude of the bristles' deflection at a steady speed [rad] (LL eq. 1g)."""
         return self.sliding + self.stribeck * float(np.exp(-((speed * self.inverse_velocity) ** 2)))
 
 
@@ -50,7 +50,7 @@ class Sampled(NamedTuple):
 
 
 def linear_model(parameters: CAxisParameters) -> LinearModel:
-    """The linear part of the C-axis (LL eq. 2), bristles as an input."""
+    """Return the linear part of the C-axis (LL eq. 2), with the bristles as an input."""
     c = coefficients(parameters)
     friction, inertia = c.friction, parameters.spindle_inertia
     mass, gear = c.inverse_rotor_inertia, c.gear_ratio
@@ -81,7 +81,7 @@ def linear_model(parameters: CAxisParameters) -> LinearModel:
 
 
 def sampled(machine: LinearModel, time: float) -> Sampled:
-    """Exact discretisation over ``time`` [s]: one matrix exponential of state and held inputs."""
+    """Return the exact model for samples of ``time`` [s]: a matrix exponential with held inputs."""
     whole = np.zeros((STATES + 2, STATES + 2))
     whole[:STATES] = np.column_stack([machine.a, machine.voltage, machine.bristle])
     transition = expm(whole * time)[:STATES]
@@ -89,7 +89,7 @@ def sampled(machine: LinearModel, time: float) -> Sampled:
 
 
 def undriven(machine: LinearModel, samples: Samples, substeps: int, start: CAxisState) -> Floats:
-    """(steps, 5) the state at every sample without voltage and bristles, under the load alone.
+    """Return the states (steps, 5) at all samples without voltage and bristles, under the load.
 
     Within a substep the load is the parabola through the three values that the integrator takes.
     """

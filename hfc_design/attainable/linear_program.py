@@ -1,4 +1,4 @@
-"""The linear programmes, by SciPy's HiGHS: inputs within bounds that keep errors small."""
+"""Linear programmes, solved by SciPy's HiGHS: inputs within bounds that keep errors small."""
 
 from typing import Any, NamedTuple
 
@@ -13,11 +13,11 @@ METHODS = "highs-ipm", "highs-ds"
 
 
 class Linear(NamedTuple):
-    """``x(k+1) = a(k) x(k) + b(k) u(k)`` from rest, of which one state counts."""
+    """System ``x(k+1) = a(k) x(k) + b(k) u(k)`` from rest; one of the states is the output."""
 
     a: Floats  # (steps, states, states)
     b: Floats  # (steps, states, inputs)
-    output: int  # the number of that state
+    output: int  # index of the output among the states
 
 
 class Solved(NamedTuple):
@@ -25,15 +25,15 @@ class Solved(NamedTuple):
 
     inputs: Floats  # (steps, inputs)
     errors: Floats  # (steps,) that they leave
-    multipliers: Floats  # (steps,) what the least value changes by with each error
-    budget: float  # and less what it changes by with the budget of the errors, if there is one
+    multipliers: Floats  # (steps,) derivative of the least value by each error
+    budget: float  # minus its derivative by the budget of the errors; 0 without a budget
 
 
 class LinearProgram(NamedTuple):
-    """``errors(k) - x(k)``, k = 1 ... steps, by inputs between bounds; all scaled to about 1."""
+    """Programme for small ``errors(k) - x(k)``, k = 1 ... steps; all is scaled to about 1."""
 
     shape: tuple[int, int, int]  # steps, states, inputs
-    equal: sparse.csc_matrix  # states, inputs, errors above zero, errors below
+    equal: sparse.csc_matrix  # columns: states, inputs, positive and negative parts of errors
     right: Floats
     bounds: Floats  # (columns, 2)
     size: Floats  # (states,) units of the states
@@ -42,16 +42,16 @@ class LinearProgram(NamedTuple):
 
     @property
     def magnitudes(self) -> Floats:
-        """(columns,) the row that sums the errors' magnitudes."""
+        """Row (columns,) that sums the magnitudes of the errors."""
         steps, states, inputs = self.shape
         return np.concatenate([np.zeros(steps * (states + inputs)), np.ones(2 * steps)])
 
     def least_sum(self) -> Solved | None:
-        """The least sum of magnitudes; None: the solver found no solution."""
+        """Return the solution with the least sum of magnitudes; None: the solver found none."""
         return self._solved(self.magnitudes, self.scale)
 
     def least_state(self, state: int, step: int, sign: float, budget: float) -> Solved | None:
-        """The least ``sign x(step)`` of a state, with the sum of magnitudes limited by a budget."""
+        """Return that with the least ``sign x(step)`` of a state, and errors within ``budget``."""
         cost = np.zeros(self.equal.shape[1])
         cost[(step - 1) * self.shape[1] + state] = sign
         return self._solved(cost, self.size[state], budget)
@@ -83,7 +83,7 @@ class LinearProgram(NamedTuple):
 def linear_program(system: Linear, errors: Floats, low: Floats, high: Floats) -> LinearProgram:
     """Return the linear programme of bounded inputs that keep errors small.
 
-    ``errors`` (steps,) are those without inputs; ``low`` and ``high`` (steps, inputs) bound these.
+    ``errors`` (steps,) are without inputs; the inputs are in ``low`` to ``high`` (steps, inputs).
     """
     steps, states, inputs = system.b.shape
     input_range = np.maximum(np.abs(low), np.abs(high)).max(axis=0)
@@ -105,7 +105,7 @@ def linear_program(system: Linear, errors: Floats, low: Floats, high: Floats) ->
 
 
 def _sizes(system: Linear, unit: Floats) -> Floats:
-    """(states,) a hundredth of the inputs' largest effect on each state: the solver's unit."""
+    """Return the solver's unit of each state (states,): 1 % of the inputs' largest effect."""
     moved = system.b[0] * unit
     total = np.zeros(len(moved))
     for a in system.a:
@@ -115,7 +115,7 @@ def _sizes(system: Linear, unit: Floats) -> Floats:
 
 
 def _blocks(each: Floats, row: int, shape: tuple[int, int]) -> sparse.coo_matrix:
-    """Blocks (count, rows, columns) along the diagonal from a row and the first column on."""
+    """Return a matrix with blocks (count, rows, columns) on the diagonal that begins at ``row``."""
     count, rows, columns = each.shape
     step, down, right = np.ogrid[:count, :rows, :columns]
     i, j = np.broadcast_arrays(row + step * rows + down, step * columns + right)

@@ -3,8 +3,8 @@
 The head of the motion, where the voltage is at its limit, is solved by linear programmes along the
 motion itself, with friction: each minimises the sum of errors for small changes, and is accepted
 if the simulator confirms it. The rest, where errors can be close to zero, is solved by Gauss-Newton
-steps: linear regulators along the motion (Li & Todorov 2004), which also hold the motion to its
-places on the steps of a converter.
+steps: linear regulators along the motion (Li & Todorov 2004). They also keep the motion on its
+course if a converter rounds the voltage.
 """
 
 import numpy as np
@@ -22,14 +22,14 @@ GAIN = 1e-3
 TINY = float(np.finfo(np.float64).tiny)
 #: Samples of the head that are left to the rest, since the end of a programme is arbitrary.
 OVERLAP = 32
-#: Gauss-Newton steps, and their cost of a change of a volt relative to an error of a radian.
+#: Most Gauss-Newton steps; first and least cost of a change of a volt beside an error of a radian.
 SWEEPS, COST, LEAST_COST = 16, 1e-9, 1e-13
-#: The same cost for the regulators that hold a motion on the steps of a converter.
+#: Costs that are tried for the regulators that counteract the rounding of a converter.
 COSTS = (1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
 
 
 def best_voltage(one: Rollout, first: Floats, largest: Floats) -> RolledOut:
-    """A motion with a small ``sum |e|``, from a ``first`` voltage (samples,) of its head [V].
+    """Return a motion with a small ``sum |e|``, from a ``first`` voltage (samples,) of its head.
 
     ``largest`` (steps,) is the limit of the voltage in each sample of the whole motion.
     """
@@ -39,18 +39,18 @@ def best_voltage(one: Rollout, first: Floats, largest: Floats) -> RolledOut:
     if len(motion.voltage) < head_length:
         head_length = max(len(motion.voltage) - OVERLAP, 1)
         motion = _rest(smooth, motion, head_length)
-    still = rolled_out(one, np.zeros(len(largest)))  # nothing may be best
+    still = rolled_out(one, np.zeros(len(largest)))  # no voltage may be best
     if not one.resolution:
         return min(motion, still, key=_sum)
     system, candidates = answers(one, motion.voltage, motion.states), [still]
-    for cost in COSTS:  # the dearer a change, the less it does about a single step's rounding
+    for cost in COSTS:  # the higher the cost, the less the gain reacts to a single rounding
         gain, _ = _regulator(system, motion.error, cost, 1)
         candidates.append(rolled_out(one, motion.voltage, (motion.states, gain)))
     return min(candidates, key=_sum)
 
 
 def _rest(one: Rollout, head: RolledOut, head_length: int) -> RolledOut:
-    """The whole motion, of which the ``head`` is kept for ``head_length`` samples."""
+    """Return the whole motion; its first ``head_length`` samples are those of ``head``."""
     voltage, states = _quasi_static(one)
     gain, _ = _regulator(answers(one, voltage, states), np.zeros(len(voltage)), COST, head_length)
     voltage[:head_length] = head.voltage[:head_length]
@@ -73,7 +73,7 @@ def _sum(motion: RolledOut) -> float:
 
 
 def _head(one: Rollout, voltage: Floats, largest: Floats) -> RolledOut:
-    """The first samples, as many as ``voltage`` has, by linear programmes along the motion."""
+    """Return the first samples (as many as in ``voltage``), improved by linear programmes."""
     motion, trust = rolled_out(one, voltage), TRUST
     most, whole = largest[: len(voltage)], float(largest.max())
     for _ in range(ROUNDS):
@@ -97,7 +97,7 @@ def _head(one: Rollout, voltage: Floats, largest: Floats) -> RolledOut:
 
 
 def _quasi_static(one: Rollout) -> tuple[Floats, Floats]:
-    """Quasi-static voltages (steps,) and states (steps, 6) of the motion (LL eq. 2)."""
+    """Return quasi-static voltages (steps,) and states (steps, 6) of the motion (LL eq. 2)."""
     happens, (c,) = one.samples.axes[0], one.fixed
     place, speed = np.asarray(happens.target), np.asarray(happens.reference_rate)
     stribeck = np.exp(-((speed * c.friction.inverse_stribeck_velocity) ** 2))
@@ -118,7 +118,7 @@ def _quasi_static(one: Rollout) -> tuple[Floats, Floats]:
 
 
 def _regulator(system: Linear, error: Floats, cost: float, begin: int) -> tuple[Floats, Floats]:
-    """(steps, states) gains and (steps,) changes that minimise ``sum e^2 + cost sum dv^2``."""
+    """Return gains (steps, states), changes (steps,) that minimise ``sum e^2 + cost sum dv^2``."""
     steps, states = system.b.shape[:2]
     gain, change = np.zeros((steps, states)), np.zeros(steps)
     weight, slope = np.zeros((states, states)), np.zeros(states)

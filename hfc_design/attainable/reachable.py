@@ -1,7 +1,7 @@
 """Largest reachable states for any voltage: bristles bend no further than the spindle moves.
 
-``d|z|/dt <= |omega|``, so that ``|z|`` is at most the distance travelled; in the first samples that
-is less than the limit of the material.
+``d|z|/dt <= |omega|``, so ``|z|`` grows by at most the distance travelled; in the first samples
+this bound is smaller than the largest deflection of the friction model, T_s / sigma_0.
 """
 
 from typing import NamedTuple
@@ -12,7 +12,7 @@ from scipy.linalg import expm
 from hfc_design.attainable.linear_model import MOMENTUM, STATES, LinearModel, Sampled
 from hfc_design.core.numbers import Floats
 
-#: Bound of a parabola through three values, relative to the largest of them.
+#: Largest magnitude of a parabola through three values, relative to the largest of them.
 PARABOLA = 1.25
 
 
@@ -33,18 +33,18 @@ def reachable(
     voltage: Floats,
     bent: float = 0.0,
 ) -> Reachable:
-    """Largest magnitudes in motions with magnitudes up to ``voltage`` (steps,), nondecreasing.
+    """Return the largest magnitudes for voltages of at most ``voltage`` (steps,), nondecreasing.
 
     ``moved`` (steps + 1, 5) are the states without voltage and bristles, ``loads`` (2 substeps + 1,
-    steps + 1) as in ``Samples``, ``bent`` is ``|z|`` at the start. Every speed counts as the
-    largest so far, every ``|z|`` within a sample as that at its end.
+    steps + 1) are as in ``Samples``, ``bent`` is ``|z|`` at the start. Every speed is bounded by
+    the largest so far, every ``|z|`` within a sample by that at the end of the sample.
     """
     steps, slope = len(voltage), 1.0 / machine.inertia
     shared, allowed = machine.damping * slope, max(machine.largest, bent)
     by_voltage = _answers(machine, one, machine.voltage, steps)
     by_bristles = _answers(machine, one, machine.bristle, steps)
     drift = _drift(machine, one, moved, loads)
-    share = slope * by_bristles[0, MOMENTUM] + shared  # of |z| at the end of a sample in its speed
+    share = slope * by_bristles[0, MOMENTUM] + shared  # speed for a unit of |z| at a sample's end
     left = 1.0 - one.time * share
     speed, way, bristles = 0.0, bent, np.full(steps, allowed)
     for k in range(steps):
@@ -64,9 +64,9 @@ def reachable(
 
 
 def _answers(machine: LinearModel, one: Sampled, given: Floats, steps: int) -> Floats:
-    """(steps, 5) bounds of the integral, over each sample, of the impulse response's magnitude.
+    """Return bounds (steps, 5) of the integral of the impulse response's magnitude in each sample.
 
-    The trapezoidal rule, and the error of a line through both ends (see ``certificate``).
+    They are the trapezoidal rule plus a bound of its error (see ``certificate``).
     """
     x, ends = np.array(given), np.empty((steps + 1, STATES))
     for k in range(steps + 1):
@@ -78,13 +78,13 @@ def _answers(machine: LinearModel, one: Sampled, given: Floats, steps: int) -> F
 
 
 def _convolved(answers: Floats, given: Floats) -> Floats:
-    """(steps, 5) convolution of responses (steps, 5) with the input (steps,) up to each sample."""
+    """Return the convolution (steps, 5) of responses (steps, 5) with the input (steps,)."""
     columns = [np.convolve(column, given)[: len(given)] for column in answers.T]
     return np.column_stack(columns)
 
 
 def _drift(machine: LinearModel, one: Sampled, moved: Floats, loads: Floats) -> Floats:
-    """(steps, 5) the largest magnitudes within each sample without voltage and bristles."""
+    """Return the largest magnitudes (steps, 5) within each sample, without voltage and bristles."""
     most = PARABOLA * np.abs(loads).max(axis=0)
     rates = np.abs(moved) @ np.abs(machine.a).T + np.outer(most, np.abs(machine.load))
     ends = np.abs(moved) + one.time * rates
@@ -99,7 +99,7 @@ def _bending(
     voltage: Floats,
     bristles: Floats,
 ) -> Floats:
-    """(steps,) bounds of the second derivative of the momentum [N m/s]."""
+    """Return bounds (steps,) of the second derivative of the momentum [N m/s]."""
     most = PARABOLA * np.abs(loads).max(axis=0)[:-1]
     rates = states @ np.abs(machine.a).T
     for given, by in (

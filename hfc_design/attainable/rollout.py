@@ -23,18 +23,18 @@ ANGLE = CAxisState._fields.index("spindle_angle")
 
 
 class Rollout(NamedTuple):
-    """The machine, its settings and its samples, without the voltage."""
+    """Inputs of a simulation except the voltage: the machine, its settings and its samples."""
 
     machine: Machine
     substeps: int
     limit: float | None  # [V]
     resolution: float | None  # of the converter [V]
-    fixed: tuple[Parameters, ...]  # of the machine's only drive
+    fixed: tuple[Parameters, ...]  # coefficients of the machine's only drive
     samples: Samples
 
 
 class RolledOut(NamedTuple):
-    """A motion, in float64."""
+    """A simulated motion, in float64."""
 
     voltage: Floats  # (steps,) that acted [V]
     states: Floats  # (steps, 6) at the start of each sample
@@ -42,7 +42,7 @@ class RolledOut(NamedTuple):
 
 
 def rollout_of(scenario: Scenario) -> Rollout:
-    """The rollout of the nominal machine of a ``scenario`` with one motion."""
+    """Return the rollout of the nominal machine of a ``scenario`` with one motion."""
     plant, axis = scenario.plant, scenario.plant.machine.axes[0]
     limits = scenario.limits.of(axis)
     return Rollout(
@@ -58,10 +58,10 @@ def rollout_of(scenario: Scenario) -> Rollout:
 def rolled_out(
     one: Rollout, voltage: Floats, feedback: tuple[Floats, Floats] | None = None
 ) -> RolledOut:
-    """The first samples of the motion, under ``voltage`` (samples,) [V].
+    """Return the first samples of the motion, under ``voltage`` (samples,) [V].
 
-    ``feedback`` can hold it to places (samples, 6) by gains (samples, 6): the voltage is reduced by
-    the gain times the deviation of the state from its place. Limit and converter act on the sum.
+    ``feedback`` can hold the motion near states (samples, 6) by gains (samples, 6): the voltage is
+    reduced by the gain times the deviation from the state. Limit and converter act on the result.
     """
     devices.configure()
     steps, start = len(voltage), np.array(one.samples.start[0], dtype=float)
@@ -77,7 +77,7 @@ def rolled_out(
 
 
 def answers(one: Rollout, voltage: Floats, states: Floats) -> Linear:
-    """Effect of small changes of voltage (samples,) and states (samples, 6) on the next state."""
+    """Return how small changes of voltage (samples,) and states (samples, 6) move the next one."""
     devices.configure()
     loads = np.asarray(one.samples.axes[0].loads).T[: len(voltage)]
     how, clock = (one.machine, one.substeps), float(one.samples.sample_time)
@@ -94,7 +94,7 @@ def _moved(
     loads: Array,
     voltage: Array,
 ) -> Array:
-    """The state (6,) a sample later, by the same step as in every simulation."""
+    """Return the state (6,) a sample later, by the same step as in every simulation."""
     machine, substeps = how
     states, given = (CAxisState(*x),), tuple(loads)
     (state,) = machine.moved(fixed, states, (voltage,), (given,), time, substeps)

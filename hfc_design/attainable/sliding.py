@@ -3,7 +3,7 @@
 A motion is either no better than the known one, or its errors have a smaller sum. For the latter a
 linear programme finds the least momentum at a sample, and its multipliers prove it. Where the speed
 is proven to have one sign, the bristles follow: ``dz/dt >= omega (1 - sigma_0 z / T_c)`` where it
-is positive (LL eq. 1f, 1g), so that they stop pushing, and soon hold back.
+is positive (LL eq. 1f, 1g), so that they stop pushing the spindle, and soon brake it.
 """
 
 from typing import NamedTuple
@@ -22,15 +22,15 @@ class Case(NamedTuple):
 
     machine: LinearModel
     one: Sampled
-    moved: Floats  # (steps + 1, 5) without voltage and bristles
-    errors: Floats  # (steps,) the same at the end of each sample
+    moved: Floats  # (steps + 1, 5) states without voltage and bristles
+    errors: Floats  # (steps,) of these states, at the end of each sample
     reachable: Reachable
     bounds: Bounds
     budget: float
 
 
 def slowest(case: Case, solver: LinearProgram, step: int, sign: float) -> float:
-    """The least of ``sign`` times the momentum after so many samples; -inf: no bound is known."""
+    """Return a lower bound of ``sign`` times the momentum after ``step`` samples; -inf: unknown."""
     solution = solver.least_state(MOMENTUM, step, sign, case.budget)
     if solution is None or not solution.budget > 0.0:
         return -np.inf
@@ -44,11 +44,11 @@ def slowest(case: Case, solver: LinearProgram, step: int, sign: float) -> float:
 def speeds(
     case: Case, solver: LinearProgram, steps: list[int], signs: Floats
 ) -> tuple[Floats, Floats]:
-    """(samples,) each: the lowest and the highest speed of the spindle in each sample [rad/s].
+    """Return bounds of the spindle's speed in each sample, lowest and highest, (samples,) [rad/s].
 
-    Computed at ``steps``: the lowest where the sign is positive, otherwise the highest. Between two
-    of them the deviation of the momentum from the line through both is bounded by its second
-    derivative.
+    They are computed at ``steps``: the lowest where ``signs`` is positive, otherwise the highest.
+    Between two of these the momentum differs from the line through both by at most a bound that
+    depends on its second derivative.
     """
     machine, reached = case.machine, case.reachable.speed
     low, high = -reached, reached.copy()
@@ -69,7 +69,7 @@ def speeds(
 
 
 def bent(case: Case, low: Floats, high: Floats, start: float) -> Bounds:
-    """Bounds of the bristles in each sample, for speeds between ``low`` and ``high``.
+    """Return bounds of the bristles in each sample, for speeds between ``low`` and ``high``.
 
     ``start`` is their initial deflection [rad].
     """
@@ -80,7 +80,7 @@ def bent(case: Case, low: Floats, high: Floats, start: float) -> Bounds:
 
 
 def _lowest(case: Case, low: Floats, high: Floats, start: float) -> Floats:
-    """(samples,) the lowest deflection in each sample, from the lowest and the highest speed."""
+    """Return the lowest deflection in each sample, (samples,), for speeds ``low`` to ``high``."""
     machine, z, time = case.machine, start, case.one.time
     lowest = np.empty(len(low))
     for k in range(len(low)):
@@ -100,5 +100,5 @@ def _lowest(case: Case, low: Floats, high: Floats, start: float) -> Floats:
 
 
 def _relaxed(z: float, steady: float, way: float) -> float:
-    """Deflection from ``z`` of the bristles after a ``way`` that bends them towards ``steady``."""
+    """Return the deflection after a ``way`` that bends bristles from ``z`` towards ``steady``."""
     return steady + (z - steady) * float(np.exp(-way / abs(steady)))

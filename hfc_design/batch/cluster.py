@@ -1,7 +1,7 @@
 """Runs the cells of a batch on worker processes, here or on other machines, through Dask.
 
-A cell is sent to a worker as data: the files of its run folder, or the folder that both can
-access, and the references to own plug-ins from the command line.
+A worker gets a cell as data: the path of the batch's folder if the worker can access it, else the
+files of the cell's run folder; and references to the user's own plug-ins from the command line.
 """
 
 import asyncio
@@ -37,18 +37,18 @@ except ImportError:
 
 #: Timeout of the connection to a scheduler.
 ANSWER_WITHIN = "10s"
-#: Type of a result: it is parsed and never unpickled.
+#: Formats in which results may arrive: they are parsed and never unpickled.
 PLAIN = ["dask", "msgpack"]
 #: Settings of Dask's web servers, which would be open to every user of this machine.
 PAGES = "distributed.scheduler.http.routes", "distributed.worker.http.routes"
-#: Certificate of the authority, our own certificate and key; or three times None.
+#: Files: certificate of the authority, our own certificate, our key; three times None without TLS.
 Tls = tuple[Path | None, Path | None, Path | None]
 #: The run of a cell on a worker.
 Task = Future[Json]
 
 
 class Workers(Place):
-    """Worker processes, each with one cell at a time; ``on_count`` is called with their number.
+    """Worker processes that each run one cell at a time; ``on_count`` gets the number of workers.
 
     Raises:
         Lost: by every method, if the connection to the scheduler is lost.
@@ -65,7 +65,7 @@ class Workers(Place):
         return workers
 
     def start(self, cell: Cell, path: Path) -> Task:
-        """Send the cell to a worker: the folder of the batch, or the contents of the cell's own."""
+        """Send the batch's path, or the files of the cell, to a worker; return the task."""
         where, files = (str(path.parent.resolve()), {}) if self.claims else ("", contents(path))
         sent = (__version__, cell.name, where, files, given(), self.anyway)
         with self._reached():
@@ -73,7 +73,7 @@ class Workers(Place):
             return self._client.submit(answer, *sent, key=key, pure=False)
 
     def done(self, tasks: Collection[Task]) -> Iterator[tuple[Task, Outcome]]:
-        """Wait for the first task to end; a task whose workers have all died has failed."""
+        """Wait up to ``PATIENCE`` seconds for a task to end; yield ended tasks with outcomes."""
         if not tasks:
             return
         with self._reached():
@@ -86,7 +86,7 @@ class Workers(Place):
                     yield task, checked(Outcome, task.result(), "what it sent", Path())
                 except (CancelledError, OSError):
                     raise
-                except Exception as error:  # killed each time, or no hfc-design on the worker
+                except Exception as error:  # its workers all died, or lack hfc-design
                     yield task, unfinished(error, "on a worker: ")
 
     @contextmanager
@@ -108,14 +108,14 @@ def connected(
     tls: Tls,
     on_count: Callable[[int], None],
 ) -> Iterator[Workers]:
-    """Start ``workers`` processes, or connect to those of a scheduler, which may share our disk.
+    """Start ``workers`` processes, or connect to those of ``scheduler`` (``shared``: on our disk).
 
     Raises:
         UserError: the number of workers, the address or the certificates are not valid.
         RunError: no scheduler answers.
     """
     for name in ("distributed", "distributed.client", "distributed.nanny"):
-        logging.getLogger(name).setLevel(logging.CRITICAL + 1)  # what happens is ours to tell
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)  # we report it ourselves
     dask.config.set({"distributed.admin.large-graph-warning-threshold": "1 GiB"})
     if scheduler is None:
         assert workers is not None
@@ -127,7 +127,7 @@ def connected(
         scheduler = scheduler if "://" in scheduler else f"tls://{scheduler}"
         security = _security(scheduler, tls)
     try:
-        with ThreadPoolExecutor(1) as pool:  # a notebook has a loop in this thread already
+        with ThreadPoolExecutor(1) as pool:  # in a notebook this thread has an event loop
             pool.submit(asyncio.run, _answer(scheduler, security)).result()
         client = Client(scheduler, timeout=ANSWER_WITHIN, deserializers=PLAIN, security=security)
     except TypeError:
@@ -146,9 +146,9 @@ def connected(
 
 
 async def _answer(scheduler: str, security: Security) -> None:
-    """Wait for a scheduler's answer to a first connection, for a limited time.
+    """Connect to a scheduler once, to find out within a limited time whether it answers.
 
-    A Client does not limit the time of its handshake, and keeps a thread where it fails.
+    A Client does not limit the time of its handshake, and leaves a thread behind if this fails.
     """
     timeout = parse_timedelta(ANSWER_WITHIN)
     connection = security.get_connection_args("client")
@@ -170,7 +170,7 @@ def _security(scheduler: str, tls: Tls) -> Security:
 
 
 def _local(workers: int) -> LocalCluster:
-    """Workers that accept only holders of a key that is made for them and kept in memory."""
+    """Start local workers, which accept only connections with a new key that is kept in memory."""
     cores, cards = len(os.sched_getaffinity(0)), len(gpus())
     if workers > (cards or cores):
         most = f"{cards or cores}, one for each {'GPU' if cards else 'core'}"

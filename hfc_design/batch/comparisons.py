@@ -18,7 +18,7 @@ from hfc_design.core.tables import line
 ALPHA = 0.05
 #: Largest number of groups of a task that are compared: those with the highest medians.
 COMPARED = 20
-#: p is exact up to this many pairs of runs, and without ties: it takes milliseconds.
+#: Without ties, p is exact up to this many pairs of runs, which takes milliseconds.
 EXACT = 1000
 
 
@@ -30,7 +30,7 @@ class Comparison(NamedTuple):
     a12: float  # Vargha & Delaney's effect size: share of pairs where the first is higher
     p: float  # two-sided Mann-Whitney U test
     holm: float  # p after Holm's correction for all comparisons
-    exact: bool  # else p is by the normal distribution, corrected for ties
+    exact: bool  # True: p is exact; False: p is from the normal distribution, corrected for ties
 
     def __repr__(self) -> str:
         sides = {"first": self.first.label, "second": self.second.label}
@@ -43,7 +43,7 @@ class Comparison(NamedTuple):
 
     @property
     def testable(self) -> bool:
-        """True if so few runs could show any difference, however large it is."""
+        """True if groups of these sizes can show a difference at all, before Holm's correction."""
         return smallest_p(*self.sizes) <= ALPHA
 
     @property
@@ -53,7 +53,7 @@ class Comparison(NamedTuple):
 
 
 def compared(groups: Sequence[Group]) -> list[Comparison]:
-    """Comparisons of all pairs of groups of a task that have at least two finished runs each."""
+    """Compare in pairs the highest groups of each task that have at least two finished runs."""
     tasks: dict[str, list[Group]] = defaultdict(list)
     for group in groups:
         if len(group.scores) >= 2:
@@ -75,17 +75,17 @@ def compared(groups: Sequence[Group]) -> list[Comparison]:
 
 
 def smallest_p(first: int, second: int) -> float:
-    """p of two groups of these sizes if every run of one is better than every run of the other."""
+    """Return p for groups of these sizes if each run of one is better than each of the other."""
     return min(2 / comb(first + second, first), 1.0)
 
 
 def runs_needed(comparisons: int) -> int:
-    """Number of runs in each group needed to show a difference among so many comparisons."""
+    """Return the number of runs that groups need to show a difference in so many comparisons."""
     return next(n for n in count(2) if comparisons * smallest_p(n, n) <= ALPHA)
 
 
 def too_few(comparisons: Sequence[Comparison]) -> int:
-    """Number of runs needed in each group to show a difference; 0 if there are enough."""
+    """Return ``runs_needed`` if no comparison has enough runs to show a difference, else 0."""
     size = len(comparisons)
     sizes = {item.sizes for item in comparisons}
     enough = not sizes or size * min(smallest_p(*pair) for pair in sizes) <= ALPHA

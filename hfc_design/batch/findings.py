@@ -23,7 +23,7 @@ from hfc_design.runs.run import opened_run
 SHOWN = 12
 #: Largest number of curves that can be distinguished in a figure.
 MOST = 10
-#: A group, its runs with a history, and the name of the number that ranked them.
+#: A group, those of its runs that have a history, and the title of the merit in these histories.
 Curves = tuple[Group, list[Run], str]
 
 
@@ -31,10 +31,10 @@ class Findings(NamedTuple):
     """Summary of the runs below a folder, from which pages and tables are made."""
 
     runs: list[Run]
-    groups: list[Group]  # runs that differ only in the seed, those with the best answers first
-    comparisons: list[Comparison]  # of every two groups of a task, with p
-    figures: list[Reproduced]  # that a batch file names as published, beside what the runs give
-    winners: list[Winner]  # structures that searches of hierarchies ended with
+    groups: list[Group]  # task by task, within a task the best first
+    comparisons: list[Comparison]  # pairs of groups of the same task, see ``compared``
+    figures: list[Reproduced]  # published numbers of the batch files, and the results of the runs
+    winners: list[Winner]  # structures with which the searches of each group ended
 
     def __repr__(self) -> str:
         return line("Findings", self._counts())
@@ -52,7 +52,7 @@ class Findings(NamedTuple):
 
     @property
     def tasks(self) -> list[str]:
-        """Tasks, within which scores are comparable, each once."""
+        """Names of all tasks; scores are comparable only within a task."""
         return list(dict.fromkeys(group.task for group in self.groups))
 
     def of_task(self, task: str) -> list[Group]:
@@ -60,7 +60,7 @@ class Findings(NamedTuple):
         return [group for group in self.groups if group.task == task]
 
     def number_of(self) -> dict[str, int]:
-        """Path of each run in a group -> the group's number."""
+        """Return the path of each run -> the number of its group."""
         return {run.path: group.number for group in self.groups for run in group.runs}
 
 
@@ -71,13 +71,13 @@ def findings(path: Path, runs: list[Run]) -> Findings:
 
 
 def convergence(folders: Sequence[Path]) -> Figure:
-    """Best merit so far against generation: a curve of each run folder, or of the groups below it.
+    """Draw the best merit so far against generation: a curve for each group of runs below a folder.
 
-    The curve of a group is the median of its finished runs over a band between their quartiles.
+    A curve is the median of the group's finished runs (of all its runs if none has finished), with
+    a band between the quartiles.
 
     Raises:
-        UserError: a folder has no run or no history, is given twice, or there are too many
-            curves.
+        UserError: a folder has no run or no history, or is given twice; or too many curves.
     """
     for k, path in enumerate(folders):
         if any(path.resolve() == other.resolve() for other in folders[:k]):
@@ -94,10 +94,10 @@ def convergence(folders: Sequence[Path]) -> Figure:
 
 
 def of_findings(findings_of: Mapping[str, Findings]) -> Figure:
-    """Convergence figure of several findings, labelled by their names.
+    """Return the figure of ``convergence`` for several findings, with their names as labels.
 
     Raises:
-        UserError: the findings contain no search, or there are too many curves.
+        UserError: some findings contain no history of a search, or there are too many curves.
     """
     curves = {name: _histories(x.groups) for name, x in findings_of.items()}
     for name, groups in curves.items():
@@ -107,7 +107,7 @@ def of_findings(findings_of: Mapping[str, Findings]) -> Figure:
 
 
 def _histories(groups: Sequence[Group], path: Path | None = None) -> list[Curves]:
-    """Groups with histories; the ranking number is read from an unfinished run below ``path``."""
+    """Return groups with histories; a title that is unknown is read from a run below ``path``."""
     curves = []
     for group in groups:
         if runs := group.with_history:

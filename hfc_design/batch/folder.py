@@ -36,7 +36,7 @@ class PlanFile(Record):
     """Content of ``batch.json``."""
 
     cells: dict[Annotated[Name, AfterValidator(_inside)], Json] = {}  # name of a folder -> settings
-    files: dict[str, BatchNotes] = {}  # by the batch's name
+    files: dict[str, BatchNotes] = {}  # name of a batch -> its notes
 
 
 class Entry(NamedTuple):
@@ -46,7 +46,7 @@ class Entry(NamedTuple):
     settings: Json
     state: State
     reason: str  # of a failure
-    seconds: float | None  # that a finished cell took
+    seconds: float | None  # duration of a finished cell
 
 
 def note_plan(out: Path, plan: Plan) -> None:
@@ -64,26 +64,26 @@ def note_plan(out: Path, plan: Plan) -> None:
 
 
 def entries(out: Path) -> list[Entry]:
-    """State of every cell of a batch; UserError: the folder contains no batch."""
+    """Return every cell of a batch with its state; UserError: the folder contains no batch."""
     if not (out / PLAN).exists():
         raise UserError(f"{out}: holds no batch (no {PLAN})")
     listed = []
     for name, settings in _plan_file(out).cells.items():
         reason, time = _text(out, name, "failed"), _seconds(_text(out, name, "seconds"))
         now = state(out, name)
-        if now != "finished" and lock.in_use(out / name):  # perhaps it was sent to a worker
+        if now != "finished" and lock.in_use(out / name):  # by this or another process
             now, reason = "running", ""
         listed.append(Entry(name, settings, now, reason, time))
     return listed
 
 
 def batch_notes(out: Path) -> list[BatchNotes]:
-    """Notes of the files of the batches in a folder, without their cells."""
+    """Return the notes of each batch file whose cells are in the folder."""
     return list(_plan_file(out).files.values())
 
 
 def state(out: Path, name: str) -> State:
-    """State of a cell."""
+    """Return the state of a cell from its files, without "running", which ``entries`` adds."""
     if (out / name / DESIGN).exists():
         return "finished"
     if (out / NOTES / f"{name}.failed").exists():
@@ -103,7 +103,7 @@ def forget_failure(out: Path, name: str) -> None:
 
 
 def _cleared(out: Path, name: str, kind: str) -> Path:
-    """Path of a note, after removal of any folder in its place."""
+    """Return the path of a note; a folder that has this path is removed first."""
     path = out / NOTES / f"{name}.{kind}"
     if path.is_dir() and not path.is_symlink():
         shutil.rmtree(path, ignore_errors=True)
@@ -111,10 +111,10 @@ def _cleared(out: Path, name: str, kind: str) -> Path:
 
 
 def waited(out: Path, what: str) -> AbstractContextManager[None]:
-    """Wait until this process alone may do ``what`` with the batch.
+    """Context that waits for the lock ``what`` of a batch, which one process at a time can have.
 
     Raises:
-        UserError: the folder of the notes is a link, through which another folder would change.
+        UserError: the folder of the notes is a link; another folder would be changed through it.
     """
     if (out / NOTES).is_symlink():
         raise UserError(f"{out / NOTES}: must be a folder, not a link")

@@ -14,7 +14,7 @@ from hfc_design.files.labels import LABEL, SEED
 from hfc_design.plotting.numbers import score
 from hfc_design.runs.champion import LEAST_VIOLATED
 
-#: Number that is compared: the merit, or the fitness if the runs of a task were judged differently.
+#: Keys of the compared number: the merit, or the fitness if runs of a task have different merits.
 MERIT, FITNESS = "merit", "fitness"
 #: Prefix of the keys on which the fitness depends.
 OF_FITNESS = "fitness."
@@ -26,13 +26,13 @@ Quartiles = tuple[float, float, float]
 class Group(NamedTuple):
     """Runs with the same settings and different seeds."""
 
-    number: int  # from 1; what tables and pictures call it
-    task: str  # what the score is of; scores of different tasks do not compare
-    measure: str  # what is compared: title of the merit of all runs of the task, or fitness
-    settings: dict[str, str]  # those that differ somewhere among all groups
+    number: int  # from 1; its name in tables and pictures
+    task: str  # scenario and settings of the fitness; scores are comparable only within a task
+    measure: str  # compared number: title of the merit of all runs of the task, or fitness
+    settings: dict[str, str]  # only settings in which groups differ
     runs: list[Run]
-    finished: list[Run]  # one a seed: run again, it would give the same and tell nothing more
-    scores: Floats  # (finished,) in float64; -inf where a design diverged
+    finished: list[Run]  # one run per seed, as another run with the same seed adds nothing
+    scores: Floats  # (finished,) value of ``key``, in float64; -inf where a design diverged
     quartiles: Quartiles  # of the scores; nan without a finished run
 
     def __repr__(self) -> str:
@@ -41,7 +41,7 @@ class Group(NamedTuple):
 
     @property
     def key(self) -> str:
-        """Name of the number of a run that is compared."""
+        """Key, in ``Run.score``, of the number that is compared."""
         return FITNESS if self.measure == FITNESS else MERIT
 
     @property
@@ -51,7 +51,7 @@ class Group(NamedTuple):
 
     @property
     def broken(self) -> int:
-        """Number of finished runs that found no design that keeps every constraint."""
+        """Number of finished runs in which no design that was tried meets every constraint."""
         return sum(bool(run.score.get(LEAST_VIOLATED)) for run in self.finished)
 
     @property
@@ -61,19 +61,19 @@ class Group(NamedTuple):
 
     @property
     def answers(self) -> list[str]:
-        """Number of seeds with a usable design, median share of passes [%]; empty if unknown."""
+        """Seeds with a usable design, median share of machines that pass [%]; empty if unknown."""
         yes, _, share = self._usable
         count = sum(bool(run.use.verdict) for run in self.finished)
         return [f"{round(yes * count)} of {count}", f"{100 * share:.4g}"] if count else []
 
     @property
     def place(self) -> tuple[float, ...]:
-        """Sort key among the groups of a task, the best first: verdicts, share, median score."""
+        """Sort key of groups, the best first: shares of verdicts, share of machines, median."""
         return *(-x for x in self._usable), np.isnan(self.median), -self.median
 
     @property
     def _usable(self) -> tuple[float, ...]:
-        """Shares of the two best verdicts, and the median share of machines; 0 if not evaluated."""
+        """Shares of the two best verdicts, median share of machines that pass; 0 if unknown."""
         uses = [run.use for run in self.finished if run.use.verdict]
         best = (sum(use.verdict == x for use in uses) / max(len(uses), 1) for x in VERDICTS[:2])
         return *best, float(np.median([use.share or 0.0 for use in uses] or [0.0]))
@@ -99,7 +99,7 @@ class Group(NamedTuple):
 
     @property
     def label(self) -> str:
-        """Number and the settings that distinguish the group from the others of its task."""
+        """Number of the group, and its label or the settings that distinguish it in its task."""
         keys = (k for k in self.settings if k != SCENARIO and not k.startswith(OF_FITNESS))
         words = [f"{key.rpartition('.')[2]} {self.settings[key]}" for key in keys]
         if LABEL in self.settings:
@@ -108,7 +108,7 @@ class Group(NamedTuple):
 
 
 def group_table(groups: Sequence[Group], names: Sequence[Sequence[str]], *head: str) -> Table:
-    """Table of groups: the cells ``names`` under ``head``, the scores, and whether usable."""
+    """Return a row for each group: ``names`` (one list each, under ``head``), scores, answers."""
     answers = ANSWERS if any(group.answers for group in groups) else []
     rows = [
         [*name, *group.row, *(answers and (group.answers or [MISSING] * len(answers)))]
@@ -118,13 +118,13 @@ def group_table(groups: Sequence[Group], names: Sequence[Sequence[str]], *head: 
 
 
 def grouped(runs: Sequence[Run]) -> list[Group]:
-    """Groups of the runs, task by task, the best first: see ``Group.place``."""
+    """Return the groups of the runs, task by task, the best first (see ``Group.place``)."""
     known = [run for run in runs if run.settings]
     keys = dict.fromkeys(key for run in known for key in run.settings if key != SEED)
     differing = [key for key in keys if len({run.setting(key) for run in known}) > 1]
     tasks: dict[str, dict[tuple[str, ...], list[Run]]] = {}
     for run in known:
-        # The scenario, and what else the fitness depends on.
+        # A task is the scenario and the settings on which the fitness depends.
         fitness = [f"{key} {run.setting(key)}" for key in differing if key.startswith(OF_FITNESS)]
         members = tasks.setdefault(", ".join([run.setting(SCENARIO), *fitness]), {})
         members.setdefault(tuple(run.setting(key) for key in differing), []).append(run)
@@ -132,7 +132,7 @@ def grouped(runs: Sequence[Run]) -> list[Group]:
     for task, members in tasks.items():
         finished = [run for inside in members.values() for run in inside if run.state == "finished"]
         judge, *others = {run.judged_by for run in finished} or {FITNESS}
-        # Runs of an earlier version do not name their judge.
+        # Runs of an earlier version do not name their merit.
         measure = FITNESS if others else judge or FITNESS
         named = ((dict(zip(differing, x, strict=True)), inside) for x, inside in members.items())
         result = [_group(task, measure, settings, inside) for settings, inside in named]
@@ -154,10 +154,10 @@ def _group(task: str, measure: str, settings: dict[str, str], runs: list[Run]) -
 
 
 def quartiles(values: Floats) -> Quartiles:
-    """Lower quartile, median and upper quartile, which may be -inf; nan without values."""
+    """Return lower quartile, median and upper quartile, possibly -inf; nan without values."""
     if not len(values):
         return np.nan, np.nan, np.nan
-    with np.errstate(invalid="ignore"):  # between -inf and what is finite
+    with np.errstate(invalid="ignore"):  # between -inf and a finite number
         quantiles = np.quantile(values, (0.25, 0.5, 0.75))
     low, median, high = np.nan_to_num(quantiles, nan=-np.inf, neginf=-np.inf).tolist()
     return low, median, high

@@ -33,11 +33,11 @@ from hfc_design.simulation.comparison import SCORES
 from hfc_design.simulation.evaluating import meanings
 from hfc_design.simulation.repeats import TOLD, range_text
 
-#: Largest numbers of tasks, and of groups of each, that are drawn: those with the highest medians.
+#: Largest numbers of tasks, and of groups of each task, that are drawn: the first on the page.
 TASKS, DRAWN = 6, 10
 #: Largest numbers of rows of the tables on the page; the CSV files have all rows.
 GROUPS, COMPARISONS, TROUBLES, RUNS = 200, 100, 200, 5000
-#: Up to this many runs are shown unfolded; more are folded.
+#: A table of more runs than this is folded until a reader opens it.
 UNFOLDED = 60
 CAPTION = (
     "Median of each metric over the finished runs of a group that have it. The runs of a "
@@ -62,7 +62,7 @@ TROUBLE = (
 def page(
     path: Path, descriptions: Iterable[str], findings: Findings, trees: Sequence[Drawing]
 ) -> Page:
-    """``report.html`` of the folder ``path``; the same runs give the same bytes."""
+    """Return the page of the runs below ``path``; the same runs give the same bytes."""
     runs, groups, comparisons, figures, winners = findings
     differing = list(groups[0].settings) if groups else []
     labelled = LABEL in differing and all(LABEL in run.settings for run in runs)
@@ -93,7 +93,7 @@ def page(
         merits=any(group.measure != FITNESS for group in groups),
         chaotic=sum(bool(run.ranges) for run in runs),
         repeats=TOLD,
-        few=sum(len(group.finished) < 5 for group in searched),  # what is given is not random
+        few=sum(len(group.finished) < 5 for group in searched),  # given designs: not random
         group_table=_groups(shown, keys, judged, measures, fitness),
         groups=len(groups),
         metrics=metrics._replace(key=f" {key}"),
@@ -124,7 +124,7 @@ def page(
 
 
 def _task(findings: Findings, task: str, draw: bool) -> dict[str, Any]:
-    """Texts and figures on the page for a task, whose groups are comparable."""
+    """Return the texts of a task on the page and, if ``draw``, its figures."""
     groups = findings.of_task(task)
     drawn = [group for group in groups if group.finished][: DRAWN if draw else 0]
     bests = ([run.best for run in group.with_history] for group in drawn)
@@ -169,7 +169,7 @@ def _groups(
 def _best_of_tasks(
     groups: Sequence[Group], values: Sequence[float | None], sign: int
 ) -> Iterator[int]:
-    """Places of the least ``sign`` times a value of each task that has several groups."""
+    """Yield, for each task with several groups, the indices of the least ``sign`` times value."""
     for task in dict.fromkeys(group.task for group in groups):
         inside = [k for k, group in enumerate(groups) if group.task == task]
         if len(inside) > 1:
@@ -190,7 +190,7 @@ def _comparisons(comparisons: Sequence[Comparison], measures: str, key: str) -> 
 
 
 def _runs(findings: Findings, keys: Sequence[str], judged: bool) -> Table:
-    """Table of every run on the page, with the address of the run's own page, if it exists."""
+    """Return a table of the first ``RUNS`` runs, with links to their own pages, if these exist."""
     runs, number = findings.runs, findings.number_of()
     scores = (FITNESS, MERIT) if any(MERIT in run.score for run in runs) else (FITNESS,)
     margins = [key for key in MARGINS if any(key in run.use.margins for run in runs)]
@@ -215,9 +215,9 @@ def _score(run: Run, key: str) -> str:
 
 
 def _metrics(path: Path, groups: Sequence[Group]) -> tuple[Table, list[tuple[str, str]], str]:
-    """Medians of the metrics of groups of runs below ``path``; what the metrics and fitness are."""
+    """Return a table of median metrics of groups, meanings of the metrics, and of the fitness."""
     medians = [group.metrics() for group in groups]
-    shown = {group.key for group in groups}  # of which the page has a table already
+    shown = {group.key for group in groups}  # the page has another table of this
     keys = dict.fromkeys(key for item in medians for key in item if {key} != shown)
     scenarios = _scenarios(path, groups, list(keys))
     known = {key: text for one in scenarios.values() for key, text in meanings(one).items()}
@@ -242,7 +242,7 @@ def _metrics(path: Path, groups: Sequence[Group]) -> tuple[Table, list[tuple[str
 
 
 def _scenarios(path: Path, groups: Sequence[Group], keys: Sequence[str]) -> dict[str, Scenario]:
-    """Scenarios of the tasks that a run still has; warns if ``keys`` remain without units."""
+    """Return task -> scenario, if a run can still be read; warn of ``keys`` without units."""
     scenarios: dict[str, Scenario] = {}
     for group in {group.task: group for group in groups if group.finished}.values():
         place = path / group.finished[0].path
@@ -259,7 +259,7 @@ def _scenarios(path: Path, groups: Sequence[Group], keys: Sequence[str]) -> dict
 
 
 def _fitness(groups: Sequence[Group], scenarios: Mapping[str, Scenario]) -> str:
-    """Description of the fitness that compares the groups; "" if it differs or is unknown."""
+    """Return the definition of the fitness that compares groups; "" if unknown or not the same."""
     tasks = {group.task for group in groups if group.finished and group.key == FITNESS}
     texts = {fitness_told(scenarios[task]) if task in scenarios else "" for task in tasks}
     return f"{texts.pop()}." if len(texts) == 1 and texts != {""} else ""

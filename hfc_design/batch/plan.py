@@ -31,31 +31,31 @@ SCENARIO, DESIGN = "scenario", "design"
 OWN_KEYS = SCENARIO, DESIGN, LABEL
 #: Largest length of a label.
 LONGEST = 120
-#: Prefix of the dotted keys of a design.
+#: Prefix of the keys of a cell that change values of the given design.
 CHANGE = "change."
-#: Settings of cells; a string is their label.
+#: Settings that select cells; a string stands for their label.
 Settings = Annotated[Json, BeforeValidator(lambda x: {LABEL: x} if isinstance(x, str) else x)]
 
 
 class Published(Record):
-    """A published figure, and the metric of the runs that it is compared with.
+    """A number that a paper states, and the metric of the runs that is compared with it.
 
-    ``of`` and ``over`` are settings of cells, or a label; with ``over``, the compared number is the
-    ratio of the metrics of both runs.
+    ``of`` and ``over`` select runs by settings or by a label. With ``over``, the compared number is
+    a ratio: the metric of the runs ``of``, divided by that of the runs ``over``.
     """
 
-    figure: str = ""  # of the paper
+    figure: str = ""  # number of the figure in the paper
     quantity: str  # with its unit
-    value: Finite | None = None  # None: the paper has words only
-    metric: str  # or "fitness", or "merit"
+    value: Finite | None = None  # None: the paper states the result in words only
+    metric: str  # a metric, "fitness" or "merit"
     of: Settings
     over: Settings = {}
-    over_metric: str = ""  # left out: the same metric
+    over_metric: str = ""  # "": the same as ``metric``
     remark: str = ""
 
     @property
     def sides(self) -> list[tuple[Json, str]]:
-        """Settings and metric of the runs, and those of the denominator of a ratio."""
+        """Settings and metric of the compared runs; for a ratio, then those of the denominator."""
         pairs = [(self.of, self.metric)]
         if self.over or self.over_metric:
             pairs.append((self.over or self.of, self.over_metric or self.metric))
@@ -63,28 +63,28 @@ class Published(Record):
 
 
 class BatchNotes(Record):
-    """Entries of a batch file beside its cells."""
+    """Entries of a batch file that do not describe cells."""
 
     description: str = ""
     published: tuple[Published, ...] = ()
 
 
 class BatchFile(BatchNotes):
-    """Batch file of ``hfc batch``: keys are those in ``OWN_KEYS`` and a scenario's dotted keys."""
+    """Batch file of ``hfc batch``; its cells have ``OWN_KEYS`` and dotted keys of a scenario."""
 
-    name: Name | None = None  # of the folder in runs/; None: that of the file
+    name: Name | None = None  # of the folder in runs/; None: the name of the file
     set: Json = {}  # the same in every cell
     grid: Json = {}  # lists: every combination is a cell
-    cells: tuple[Json, ...] = Field((), max_length=MAX_CELLS)  # each with the whole grid
+    cells: tuple[Json, ...] = Field((), max_length=MAX_CELLS)  # each combined with the whole grid
 
 
 class Cell(NamedTuple):
     """One run of a batch."""
 
     name: str  # of its folder: the hash of its whole configuration
-    settings: Json  # dotted key -> value, as far as the batch file says
+    settings: Json  # dotted key -> value, only keys that the batch file sets
     scenario: Scenario
-    design: Design | None = None  # to be scored; None: the run searches one
+    design: Design | None = None  # scored without a search; None: the run searches a design
 
 
 class Plan(NamedTuple):
@@ -100,7 +100,7 @@ class Plan(NamedTuple):
 
 
 def read_batch(path: Path, changes: Changes = ()) -> Plan:
-    """Cells of a batch file, in its order; identical cells are merged.
+    """Return the cells and notes of a batch file; identical cells are merged.
 
     ``changes`` of dotted keys are applied to every cell.
 
@@ -140,7 +140,7 @@ def matches(wanted: Json, settings: Json) -> bool:
 
 
 def _check_figure(wanted: Json, metric: str, cells: Iterable[Cell]) -> None:
-    """Raise an error for a metric that no cell with the wanted settings has."""
+    """Raise a UserError if no cell has the wanted settings, or none of these has the metric."""
     some = [cell for cell in cells if matches(wanted, cell.settings)]
     if not some:
         raise UserError(f"no cell has {_listed(flat(wanted))}")
@@ -151,7 +151,7 @@ def _check_figure(wanted: Json, metric: str, cells: Iterable[Cell]) -> None:
 
 
 def _combinations(file: BatchFile, path: Path) -> Iterator[Json]:
-    """Settings of each cell."""
+    """Yield the settings of each cell: ``set``, overridden by the grid, then by the cell's own."""
     common, grid = flat(file.set), flat(file.grid)
     for key, values in grid.items():
         if not isinstance(values, list) or not values:
@@ -170,7 +170,7 @@ def _listed(settings: Json) -> str:
 
 
 def _run_of(settings: Json, folder: Path) -> tuple[Scenario, Design | None]:
-    """Scenario of a cell, and the design that it scores if it has no search."""
+    """Return the scenario of a cell, and the design that it scores; None: it searches."""
     label = settings.get(LABEL, "a")
     if not isinstance(label, str) or not label.isprintable() or not 1 <= len(label) <= LONGEST:
         raise UserError(f"label: must be a string of 1 to {LONGEST} printable characters")
@@ -194,11 +194,11 @@ def _run_of(settings: Json, folder: Path) -> tuple[Scenario, Design | None]:
     else:
         scenario = load_scenario(place(name), keys)
     machine(design, scenario)  # refuses a design that does not fit
-    return scenario.model_copy(update={"run": RunSettings()}), design  # nothing is random
+    return scenario.model_copy(update={"run": RunSettings()}), design  # a score has no seed
 
 
 def _name(scenario: Scenario, design: Design | None) -> str:
-    """Hash of the configuration, with the contents of the files that it names."""
+    """Return a hash of the configuration, including the contents of the files that it names."""
 
     def by_content(key: str, file: AnyFile) -> Path:
         return Path(hashlib.sha256(file.read_bytes()).hexdigest())

@@ -41,12 +41,12 @@ def report(
 ) -> None:
     """Write the page of a run, or page and tables of all runs below a folder.
 
-    ``tell`` is called with the path of the page and the findings of all runs, None for a single
-    run; ``paper`` selects the parts of the page that are written for a paper.
+    ``each`` also writes the missing pages of finished runs, ``parquet`` also a table as Parquet.
+    ``tell`` is called with the path of the page, and with the findings of all runs or, for a single
+    run, None. ``paper`` selects parts of the page that are also written as files for a paper.
 
     Raises:
-        UserError: there is no run, or no finished run where one is needed; or Parquet is requested
-            and pyarrow is not installed.
+        UserError: there is no run, a single run is not finished, or ``parquet`` lacks pyarrow.
         RunError: a page could not be written.
     """
     if is_run(path):
@@ -56,7 +56,7 @@ def report(
         write_page(*finished_run(path), path, paper=paper)
         tell(path / REPORT, None)
         return
-    batch = (path / PLAN).exists()  # of which only one process at a time writes the report
+    batch = (path / PLAN).exists()  # only one process at a time may write its report
     with folder.waited(path, "report") if batch else nullcontext():
         runs = runs_below(path)
         failed = 0
@@ -94,7 +94,7 @@ def _write_missing(path: Path, runs: list[Run]) -> int:
 
 def _write_tables(out: Path, findings: Findings, parquet: bool) -> None:
     columns = _run_columns(findings)
-    content = _parquet(columns) if parquet else b""  # first: nothing is written if it cannot be
+    content = _parquet(columns) if parquet else b""  # may fail, so before anything is written
     rows: dict[str, Rows] = {
         RUNS: [list(columns), *zip(*columns.values(), strict=True)],
         GROUPS: _group_rows(findings.groups),
@@ -111,7 +111,7 @@ def _write_tables(out: Path, findings: Findings, parquet: bool) -> None:
 
 
 def _run_columns(findings: Findings) -> dict[str, Column]:
-    """Name -> values of all runs; None for runs without such a value."""
+    """Return the columns of ``runs.csv``: name -> a value for each run; None: it has no value."""
     runs, number = findings.runs, findings.number_of()
     columns: dict[str, Column] = {
         "run": [run.path for run in runs],

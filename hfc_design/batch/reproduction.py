@@ -23,19 +23,19 @@ PUBLISHED = (
 
 
 class Reproduced(NamedTuple):
-    """A published figure with the simulated one."""
+    """A published number, and the same number from the runs."""
 
-    figure: str  # of the paper
+    figure: str  # number of the figure in the paper
     quantity: str
     published: float | None
-    simulated: float | None  # median over the finished runs; None without any
+    simulated: float | None  # median of finished runs, or ratio of two medians; None: unknown
     ratio: float | None  # simulated over published
     runs: int
     remark: str
 
 
 def reproduced(path: Path, runs: Sequence[Run]) -> list[Reproduced]:
-    """Every published figure of the batches below ``path`` with the median of its runs."""
+    """Return every published number of the batches below ``path`` with the result of its runs."""
     rows = []
     for batch in batches_below(path):
         inside = (run for run in runs if (path / run.path).parent == batch)
@@ -58,13 +58,13 @@ def _figure(item: Published, finished: list[Run]) -> Reproduced:
 
 
 def _ratio(value: float | None, over: float | None) -> float | None:
-    """Ratio of two numbers; None if one is missing."""
+    """Return ``value / over``; None if a number is missing or the ratio is not finite."""
     ratio = np.inf if value is None or not over else value / over
     return ratio if np.isfinite(ratio) else None
 
 
 def ratios(figures: Sequence[Reproduced]) -> Figure | None:
-    """Figure of the ratios that exist and have a logarithm."""
+    """Return a picture of the first ``RATIOS`` positive ratios; None if there are none."""
     shown = [item for item in figures if 1 / LARGEST < (item.ratio or 0) < LARGEST][:RATIOS]
     names = ((f"{item.figure} {item.quantity}".strip(), item.remark) for item in shown)
     labels = [", ".join(filter(None, parts)) for parts in names]
@@ -72,7 +72,7 @@ def ratios(figures: Sequence[Reproduced]) -> Figure | None:
 
 
 def published_table(figures: Sequence[Reproduced]) -> Table:
-    """Table of the published figures."""
+    """Return a table of the published and simulated numbers."""
     rows = []
     for item in figures:
         ratio = MISSING if item.ratio is None else f"{item.ratio:.2f}"

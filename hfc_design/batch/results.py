@@ -1,7 +1,7 @@
 """Results of the runs below a folder, finished or not: settings, scores, histories.
 
-Only the content of a summary is read; a damaged file is reported with its run and does not stop
-the others. Designs are read as plain JSON, so that runs of another version count as well.
+Only what a summary needs is read. A damaged file is reported with its run; the other runs are read
+all the same. Designs are read as plain JSON, so that runs of another version count as well.
 """
 
 import json
@@ -30,9 +30,9 @@ from hfc_design.simulation.acceptance import NO, ON_THIS_MODEL, YES
 JUDGED_BY = "judged_by"
 #: Verdicts on the usability of a design, the best first.
 VERDICTS = (YES, ON_THIS_MODEL, NO)
-#: Margins of a loop, of each of which ``usable.json`` has the worst.
+#: Margins of a loop; ``usable.json`` has the worst value of each.
 MARGINS = ("sensitivity", "gain_margin", "phase_margin_deg", "delay_margin_samples")
-#: Keys of ``config.toml`` beside the settings.
+#: Keys of ``config.toml`` that are not settings.
 SAID = ("name", "description")
 State = folder.State | Literal["unreadable"]
 
@@ -42,7 +42,7 @@ class Use(NamedTuple):
 
     verdict: str = ""  # one of ``VERDICTS``
     share: float | None = None  # of unseen machines that pass
-    margins: dict[str, float] = {}  # the worst that is told of each of ``MARGINS``
+    margins: dict[str, float] = {}  # worst value of each of ``MARGINS``, if it is known
     answer: str = ""
 
     def row(self, margins: Iterable[str]) -> list[str]:
@@ -54,23 +54,23 @@ class Use(NamedTuple):
 class Run(NamedTuple):
     """A run as described by its folder."""
 
-    path: str  # below the folder that was asked for
+    path: str  # relative to the folder whose runs are read
     settings: Json  # dotted key -> value; also scenario and run.seed
     state: State
-    reason: str  # why it is not finished or not all of it could be read; "" if it is
+    reason: str  # why it is not finished, or what could not be read; "" if neither
     score: dict[str, float | None] = {}  # fitness, merit and metrics if it is finished
     best: Floats = np.empty(0)  # (generations,) best merit so far, nan while all failed
     page: bool = False  # has a report of its own
-    searched: bool = True  # else its design was given, and nothing is random
-    judged_by: str = ""  # title of the merit; "" where an earlier version made the run
-    ranges: dict[str, Json] = {}  # of a fitness or merit that is chaotic; ``score`` has its lowest
-    structure: str = ""  # of its design; "" where its kind has but one
+    searched: bool = True  # False: its design was given, so nothing is random
+    judged_by: str = ""  # title of the merit; "": not finished, or made by an earlier version
+    ranges: dict[str, Json] = {}  # ends of a chaotic fitness or merit; ``score`` has the lowest
+    structure: str = ""  # of its design; "" if its kind of controller has only one
     use: Use = Use()  # whether its design can be used
-    called: str = ""  # by what differs in the cells of its batch; "" outside of one
+    called: str = ""  # label of its cell in the batch; "" outside a batch
 
     @property
     def title(self) -> str:
-        """Title of the run: its settings that differ between the batch's cells, or its path."""
+        """Title of the run: its path, with the label of the cell as the last part in a batch."""
         return text((Path(self.path).parent / self.called).as_posix()) if self.called else self.path
 
     def place(self) -> tuple[float, ...]:
@@ -84,7 +84,7 @@ class Run(NamedTuple):
 
 
 def is_run(path: Path) -> bool:
-    """True if a folder is that of a single run."""
+    """Return True if a folder is that of a single run."""
     files = any((path / name).exists() for name in (CONFIG, CHECKPOINT, DESIGN))
     return files and not (path / PLAN).exists()
 
@@ -95,10 +95,10 @@ def batches_below(path: Path) -> list[Path]:
 
 
 def runs_below(path: Path) -> list[Run]:
-    """Every run of the batches and every other run folder below a folder.
+    """Return all runs below a folder, in batches and alone; the best first if any has an answer.
 
     Raises:
-        UserError: there is no run, or a batch's plan is damaged.
+        UserError: it is not a folder, there is no run, or a batch's plan is damaged.
     """
     if not path.is_dir():
         raise UserError(f"{path}: must be a folder")
@@ -121,7 +121,7 @@ def runs_below(path: Path) -> list[Run]:
 
 
 def best_usable(path: Path) -> Run:
-    """The run below a folder with the best usable design.
+    """Return the run below a folder that has the best usable design.
 
     Raises:
         UserError: there is no such run, or no run states whether its design is usable.
@@ -136,7 +136,7 @@ def best_usable(path: Path) -> Run:
 
 
 def _folders(path: Path) -> Iterator[Path]:
-    """Folders of batches and of runs, sorted by name; folders inside these are skipped."""
+    """Yield the folders of batches and of runs, sorted by name; folders in these are skipped."""
     if (path / PLAN).exists() or is_run(path):
         yield path
         return
@@ -145,13 +145,13 @@ def _folders(path: Path) -> Iterator[Path]:
     except OSError as error:
         raise UserError(f"{path}: cannot be read: {error.strerror}") from None
     for inner in inside:
-        loop = inner.is_symlink() and not is_run(inner)  # perhaps, so it is left alone
+        loop = inner.is_symlink() and not is_run(inner)  # a link may lead back
         if not loop and not inner.name.startswith("."):
             yield from _folders(inner)
 
 
 def _alone(path: Path, top: Path) -> Run:
-    """A run outside every batch, with all settings of its configuration."""
+    """Return a run outside every batch, with all settings of its configuration."""
     try:
         config = toml_of(decoded(content(path / CONFIG)))
     except ValueError as error:
@@ -162,9 +162,9 @@ def _alone(path: Path, top: Path) -> Run:
 
 
 def _told_apart(runs: list[Run], known: set[str]) -> list[Run]:
-    """The runs with only those settings that differ between runs of the same scenario.
+    """Return the runs with only settings that differ within a scenario, or are in ``known``.
 
-    Two scenarios differ in dozens of keys, which add nothing to the scenarios' names.
+    Different scenarios differ in dozens of keys, which say no more than the scenarios' names.
     """
     values: dict[tuple[str, str], set[str]] = defaultdict(set)
     for run in runs:
@@ -192,24 +192,24 @@ def _read(path: Path, top: Path, settings: Json, state: State, reason: str = "")
 
 
 def _with(run: Run, file: Path, fields: Callable[[Path], Json]) -> Run:
-    """The run with the fields from a file in its folder, or with the error in that file."""
+    """Return the run with ``fields`` of a file in its folder, or with the error of that file."""
     try:
         return run._replace(**fields(file))
     except ValueError as error:
-        fault = in_a_line(f"{file.name}: {error}")  # which does not depend on where it lies
+        fault = in_a_line(f"{file.name}: {error}")  # the same in every folder
     if file.name == DESIGN:
         return run._replace(state="unreadable", reason=fault)
     return run._replace(reason=f"{run.reason}; {fault}".removeprefix("; "))
 
 
 def _ended(file: Path) -> Json:
-    """Final state of a run from its design; ValueError: the file is not a design with a score."""
+    """Return fields of ``Run`` from a design; ValueError: it is not a design with a score."""
     design = json_of(decoded(content(file)))
     score = design.get("score") if isinstance(design, dict) else None
     if not isinstance(score, dict):
         raise ValueError("has no score")
     judged_by, ranges = score.get(JUDGED_BY, ""), _ranges(score.get("repeats"))
-    others = (SCENARIO, JUDGED_BY, "usable", "chaotic", "repeats")  # ``_use`` has more of the use
+    others = (SCENARIO, JUDGED_BY, "usable", "chaotic", "repeats")  # usability: ``_use``
     numbers = {key: _number(value) for key, value in score.items() if key not in others}
     if numbers.get("fitness") is None and score.get("fitness", "") is not None:
         raise ValueError("must have a number as fitness")  # null: the design diverged
@@ -220,7 +220,7 @@ def _ended(file: Path) -> Json:
 
 
 def _ranges(repeats: object) -> dict[str, Json]:
-    """Ends of the range of a chaotic fitness or merit."""
+    """Return the lowest and the highest value of the fitness and of the merit, if chaotic."""
     return {
         key: {end: _number(ends.get(end)) for end in ("lowest", "highest")}
         for key, ends in (repeats.items() if isinstance(repeats, dict) else ())
@@ -239,7 +239,7 @@ def _structure(controller: object) -> str:
 
 
 def _use(file: Path) -> Json:
-    """Usability of the design, if the file exists; ValueError: it is damaged."""
+    """Return the field ``use`` of ``Run``, if the file exists; ValueError: it is damaged."""
     if not file.exists():
         return {}
     record = json_of(decoded(content(file)))
@@ -251,14 +251,14 @@ def _use(file: Path) -> Json:
     margins = {}
     for key in MARGINS:
         with suppress(KeyError, TypeError):  # an earlier version has none
-            margins[key] = float(record["margins"]["worst"][key]["value"])  # null: without an end
+            margins[key] = float(record["margins"]["worst"][key]["value"])  # null: unlimited
     return {
         "use": Use(verdict, _number(record.get("share")), margins, text(record.get("answer", "")))
     }
 
 
 def _history(file: Path) -> Json:
-    """Best merit so far; ValueError: a row is damaged or missing."""
+    """Return the field ``best`` of ``Run``; ValueError: a row is damaged or missing."""
     lines = decoded(content(file, LARGEST_TABLE)).splitlines()
     names, *rows = (line.split(",") for line in lines or [""])
     if not rows or "best" not in names:
@@ -281,11 +281,11 @@ def _below(path: Path, top: Path) -> str:
 
 
 def listed(counts: Mapping[Any, int]) -> str:
-    """Text with the count of each state."""
+    """Return a text with the count of each state."""
     return ", ".join(f"{count} {state}" for state, count in counts.items())
 
 
 def text(value: object) -> str:
-    """Text of a setting."""
+    """Return the text of a setting: a string as it is, other values as JSON."""
     said = value if isinstance(value, str) else json.dumps(value, default=str)
     return said.encode(errors="replace").decode()

@@ -1,4 +1,4 @@
-"""Runs the cells of a batch: one loop for this process and for workers elsewhere."""
+"""Running the cells of a batch: one loop for this process and for workers elsewhere."""
 
 import time
 from collections import deque
@@ -21,16 +21,16 @@ from hfc_design.search.loop import Search
 
 #: Seconds between checks of cells that other batches are running.
 PATIENCE = 0.5
-#: Names of the files that a run writes.
+#: Pattern of the names of files that a worker may return: those that a run writes.
 WRITTEN = r"^((checkpoint(-\d{1,3})?|polish)\.npz|(history|front)\.csv|(design|usable)\.json)$"
 
 
 class Outcome(Record):
-    """Outcome of an attempt at a cell; "again" if another process runs it, or it had to stop."""
+    """Outcome of an attempt to run a cell; "again": another process runs it, or it was stopped."""
 
     state: Literal["finished", "failed", "again"]
     reason: Annotated[str, Field(max_length=LONGEST)] = ""  # why it is not finished
-    seconds: NotNegative = 0.0  # that it took; 0 if another batch has finished it
+    seconds: NotNegative = 0.0  # duration of the attempt; 0 if the cell was finished before
     #: Files of its run folder that a remote worker has returned.
     files: dict[
         Annotated[str, Field(pattern=WRITTEN)], Annotated[bytes, Field(max_length=2**30)]
@@ -38,7 +38,7 @@ class Outcome(Record):
 
 
 class Left(Exception):
-    """The result of the cell is no longer awaited, or the worker has to stop."""
+    """Leave the cell: its result is no longer awaited, or the worker has to stop."""
 
 
 class Lost(RunError):
@@ -46,11 +46,11 @@ class Lost(RunError):
 
 
 class Place:
-    """Place where cells run: this process, one cell after the other, each on every core."""
+    """Place where cells run; in this class it is this process, with one cell at a time."""
 
-    #: True if the process that runs a cell has access to the batch's folder and claims the cell.
+    #: True if the process that runs a cell has access to the batch's folder and locks the cell.
     claims = False
-    #: True if cells that other versions began are continued.
+    #: True if cells that other versions of hfc-design began are continued.
     anyway = False
 
     def __init__(self, on_generation: Callable[[Cell, Search], None] = lambda cell, search: None):
@@ -61,14 +61,14 @@ class Place:
         return 1
 
     def start(self, cell: Cell, path: Path) -> Any:
-        """A task that runs the cell in its folder; here it runs when its outcome is requested."""
+        """Return a task that runs the cell in its folder; in this class ``done`` runs it."""
         on_generation = partial(self._on_generation, cell)
         return partial(
             attempt, partial(design.run, cell.scenario, path, on_generation, self.anyway)
         )
 
     def done(self, tasks: Collection[Any]) -> Iterable[tuple[Any, Outcome]]:
-        """Finished tasks and the outcomes of their cells; waits a little for the first."""
+        """Return finished tasks with the outcomes of their cells; in this class run all tasks."""
         return [(task, task()) for task in tasks]
 
 
@@ -82,8 +82,8 @@ def run_batch(
 ) -> dict[str, str]:
     """Run every unfinished cell of a plan; return the names of failed cells -> reasons.
 
-    ``at_once`` cells run on this machine at a time (0: none); ``anyway`` resumes cells that other
-    versions began.
+    ``at_once`` is the number of cells that run on this machine at a time (0: none), for the check
+    of the memory; ``anyway`` resumes cells that other versions of hfc-design began.
 
     Raises:
         UserError: a cell needs more memory than there is.
@@ -108,7 +108,7 @@ def run_batch(
 def run_cells(
     out: Path, cells: Iterable[Cell], place: Place, on_outcome: Callable[[Cell, Outcome], None]
 ) -> None:
-    """Finish every unfinished cell; those that another batch is running come last.
+    """Run every unfinished cell; a cell that another process is running is tried again later.
 
     A cell that fails does not stop the others.
 
@@ -156,7 +156,7 @@ def attempt(work: Callable[[], object]) -> Outcome:
 
 
 def unfinished(error: Exception, where: str = "") -> Outcome:
-    """Outcome of a cell that ended with an error."""
+    """Return the outcome of a cell that ended with an error; ``where`` begins its reason."""
     state = "again" if isinstance(error, Left | lock.Overtaken) else "failed"
     fault = error.typed if isinstance(error, UserError) else error
     reason = in_a_line(f"{type(error).__name__}: {fault}")
@@ -164,7 +164,7 @@ def unfinished(error: Exception, where: str = "") -> Outcome:
 
 
 def _started(out: Path, cell: Cell, place: Place) -> Outcome | tuple[Any, ExitStack]:
-    """Task of a cell and our claim of it, or the outcome of the cell if it cannot start."""
+    """Start a cell; return its task and our lock of it, or its outcome if it does not start."""
     path = out / cell.name
     with ExitStack() as claim:
         if not claim.enter_context(lock.try_lock(path)):
@@ -188,14 +188,14 @@ def _started(out: Path, cell: Cell, place: Place) -> Outcome | tuple[Any, ExitSt
 
 
 def _noted(out: Path, cell: Cell, outcome: Outcome) -> Outcome:
-    """Store returned files, and note why a cell failed or how long it took."""
+    """Store the files of an outcome, and note why the cell failed or how long it took."""
     try:
-        for name in sorted(outcome.files, key=lambda name: name == design.DESIGN):  # finishes it
+        for name in sorted(outcome.files, key=lambda name: name == design.DESIGN):  # design last
             write_whole(out / cell.name / name, outcome.files[name])
     except RunError as error:
         outcome = unfinished(error)
     if outcome.state == "failed":
-        with suppress(RunError):  # a full disk takes no notes either
+        with suppress(RunError):  # on a full disk this fails too
             folder.note(out, cell.name, "failed", outcome.reason)
     elif outcome.state == "finished" and outcome.seconds:
         folder.note(out, cell.name, "seconds", f"{outcome.seconds:.3f}")

@@ -19,16 +19,16 @@ from hfc_design.core.tables import Table
 from hfc_design.files.labels import PLAN, run_labels, shared
 from hfc_design.search.loop import Search
 
-#: Individual-steps per second for the estimate of a plan before any cell has run.
+#: Assumed time steps times individuals per second, until a cell has finished.
 USUAL_SPEED = 2e7
 #: Seconds to score a given design, after compilation.
 SCORING = 0.3
-#: Seconds to compile the common program of cells of one scenario, kind and size.
+#: Seconds to compile a program; cells that differ only in seed or generations share one.
 COMPILING = 5.0
 #: Largest number of cells that are listed one by one.
 LISTED = 40
 
-#: Function of a callback for the number of workers: a context with the place where they run cells.
+#: Function that gets a callback for the number of workers and returns a context of their ``Place``.
 Connected = Callable[[Callable[[int], None]], AbstractContextManager[Place]]
 
 
@@ -43,8 +43,8 @@ def batch(
 ) -> None:
     """``hfc batch FILE``: run every unfinished cell, here or on workers, and report.
 
-    ``changes`` of dotted keys are applied to every cell; ``at_once`` cells run on this machine at a
-    time; ``anyway`` resumes cells that other versions began.
+    ``dry_run`` only prints the plan. ``changes`` of dotted keys are applied to every cell;
+    ``at_once`` cells run on this machine at a time; ``anyway`` resumes cells of other versions.
 
     Raises:
         UserError: the file is not a valid batch file, or a cell needs more memory than there is.
@@ -73,7 +73,7 @@ def batch(
 
 
 def show_status(out: Path) -> None:
-    """``hfc batch --status DIR``: state of every cell."""
+    """``hfc batch --status DIR``: print the count of each state, and the unfinished cells."""
     cells = folder.entries(out)
     seconds = [entry.seconds for entry in cells if entry.seconds is not None]
     print(f"{len(cells)} cells in {out}: {listed(Counter(entry.state for entry in cells))}")
@@ -111,7 +111,7 @@ def _show_plan(cells: list[Cell], out: Path) -> None:
 
 
 def _speed(cells: list[Cell], out: Path) -> tuple[float, str]:
-    """Individual-steps per second, and the origin of this number."""
+    """Return time steps times individuals per second, and a text on the origin of this number."""
     if (out / PLAN).exists():
         seconds = {e.name: e.seconds for e in folder.entries(out) if e.seconds}
         searched = [cell for cell in cells if cell.name in seconds and not cell.design]
@@ -127,7 +127,7 @@ def _work(cell: Cell) -> float:
 
 
 def _program(cell: Cell) -> str:
-    """Key of the compiled program of a cell: its settings except seeds and budgets."""
+    """Return a key of the compiled program of a cell: all settings but seed and generations."""
     settings = cell.scenario.model_dump(mode="json", exclude={"run": {"seed"}})
     settings["search"].pop("generations", None)
     return json.dumps([settings, cell.design is None], default=str)

@@ -5,7 +5,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -36,10 +36,10 @@ class Winner(NamedTuple):
     """A structure that searches of a group ended with."""
 
     group: Group
-    structure: str  # as the genome tells it
-    runs: list[Run]  # that ended with it, the best first
-    scores: Floats  # (runs,) what the group is compared by; -inf where a design diverged
-    searches: int  # finished ones of the group, one a seed, whose structure is known
+    structure: str  # as text
+    runs: list[Run]  # runs that ended with this structure, the best first
+    scores: Floats  # (runs,) merit or fitness (``Group.key``); -inf where a design diverged
+    searches: int  # number of the group's finished searches with a known structure, one per seed
 
     def __repr__(self) -> str:
         shown = {"group": self.group.label, "structure": self.structure, "best": self.best}
@@ -52,7 +52,7 @@ class Winner(NamedTuple):
 
     @property
     def interval(self) -> Interval:
-        """Confidence interval of the share over all seeds, of which these are a sample."""
+        """Confidence interval of the share that a search with every possible seed would give."""
         return share_interval(len(self.runs), self.searches)
 
     @property
@@ -75,10 +75,10 @@ class Winner(NamedTuple):
 
 
 def winners(groups: Sequence[Group]) -> list[Winner]:
-    """Structures of each group, the most frequent first, among equally frequent ones the best.
+    """Return the structures of each group, the most frequent first; on a tie, the best first.
 
-    Given designs have no search and do not count; groups of kinds with a single structure have
-    no structures here.
+    Runs with a given design do not count, as they have no search. Kinds of controller with only
+    one structure are left out.
     """
     best: list[Winner] = []
     for group in groups:
@@ -96,7 +96,7 @@ def winners(groups: Sequence[Group]) -> list[Winner]:
 
 
 def structure_rows(winners: Iterable[Winner]) -> Iterable[list[object]]:
-    """Rows of the table of structures in full precision."""
+    """Yield the head and the rows of ``structures.csv``, in full precision."""
     counted = ["runs", "searches", "share", "share_low", "share_high"]
     yield ["group", "task", "measure", "structure", *counted, "best", "median", "best_run"]
     for x in winners:
@@ -106,15 +106,15 @@ def structure_rows(winners: Iterable[Winner]) -> Iterable[list[object]]:
 
 
 def winner_table(winners: Iterable[Winner], key: str = "") -> Table:
-    """Table of structures; ``key`` tells what the numbers of the groups mean."""
+    """Return a table of structures; ``key`` explains the numbers of the groups."""
     return Table(WINNERS, WINNER_HEAD, [one.row for one in winners], key=key)
 
 
 def trees_of(path: Path, winners: Sequence[Winner]) -> list[Drawing]:
-    """Drawings of the most frequent structure of each of the first groups below ``path``.
+    """Draw the most frequent structure of each of the first groups below ``path``.
 
-    The structure is drawn as its best run has it; kinds without such a picture are skipped, and
-    designs that cannot be read here are replaced by a note.
+    The drawing shows the structure's best run. Kinds of controller without such a picture are
+    skipped; so are designs that cannot be read, with a warning.
     """
     first = {x.group.number: x for x in reversed(winners)}
     drawings = []
@@ -132,11 +132,15 @@ def trees_of(path: Path, winners: Sequence[Winner]) -> list[Drawing]:
 
 
 def _trees(winner: Winner, design: Design) -> Iterator[Drawing]:
-    """Tree of each axis that has one of its own."""
+    """Yield the trees of the winner's best design; axes with the same tree are drawn once."""
     runs, searches = winner.runs, winner.searches
-    parts = {part.kind.structure(part.controller): axis for axis, part in design.by_axis().items()}
-    for axis in (axis for structure, axis in parts.items() if structure):
-        which = f"group {winner.group.label}" + (f", axis {axis}" if axis else "")
+    parts: dict[Any, list[str]] = {}
+    for axis, part in design.by_axis().items():
+        parts.setdefault(part.kind.structure(part.controller), []).append(axis)
+    for axes in (axes for structure, axes in parts.items() if structure):
+        axis = axes[0]
+        names = f", {'axes' if len(axes) > 1 else 'axis'} {' and '.join(axes)}"
+        which = f"group {winner.group.label}" + names * bool(axis)
         count = f"{len(runs)} of {searches} searches ended with this structure, the best of them"
         if len(runs) == 1 < searches:
             count = "no two searches ended with the same structure; this is the best one's,"

@@ -19,7 +19,7 @@ from hfc_design.plotting.numbers import score
 TASKS, GROUPS = 6, 10
 #: Largest number of structures of a group that are printed.
 STRUCTURES = 3
-#: Largest number of groups named in a caption; otherwise see the table of the groups.
+#: Largest number of groups that a caption or a sentence names.
 NAMED = 12
 #: Prefixes of keys that make a task harder or easier for every controller.
 OF_MACHINE = ("plant.", "reference.", "load.", "limits.", "sensors.", "start.", "simulation.")
@@ -33,7 +33,7 @@ def show_findings(page: Path, findings: Findings | None) -> None:
 
 
 def tables(findings: Findings) -> list[Table]:
-    """Medians of each task, the highest first, in words too; the structures."""
+    """Return tables of the groups of each task, with sentences, and of the best structures."""
     shown = [_medians(findings, task) for task in findings.tasks[:TASKS]]
     if (more := len(findings.tasks) - TASKS) > 0:
         shown.append(text(f"{more} more tasks are in groups.csv"))
@@ -57,11 +57,11 @@ def _medians(findings: Findings, task: str) -> Table:
 
 
 def sentence(groups: Sequence[Group], comparisons: Sequence[Comparison]) -> str:
-    """Result of a task in words, without groups that have too few runs to show a difference.
+    """Return the result of a task in words: usable designs, highest median, and differences.
 
     Args:
         groups: groups of the task, the best first.
-        comparisons: comparisons of all tasks, for which p is corrected.
+        comparisons: comparisons of all tasks; p is corrected for their number.
     """
     highest = max(groups, key=lambda group: np.nan_to_num(group.median, nan=-np.inf))
     if not highest.finished:
@@ -99,7 +99,7 @@ def _highest(highest: Group, groups: Sequence[Group], comparisons: Sequence[Comp
 
 
 def _unlike(groups: Sequence[Group]) -> str:
-    """Note on groups that differ in more than controller and search, or in their ranking."""
+    """Return notes on differing machines or motions, and on different merits; "" if none differ."""
     keys = {key for group in groups for key in group.settings if key.startswith(OF_MACHINE)}
     values = {key: {group.settings.get(key) for group in groups} for key in keys}
     differ = ", ".join(sorted(key for key, some in values.items() if len(some) > 1))
@@ -110,7 +110,7 @@ def _unlike(groups: Sequence[Group]) -> str:
 
 
 def broken(groups: Sequence[Group]) -> str:
-    """Sentence on groups with runs whose final design violates constraints; "" without any."""
+    """Return a sentence on runs whose design violates constraints; "" if there are none."""
     with_broken = [group for group in groups if group.broken]
     if not with_broken:
         return ""
@@ -123,7 +123,7 @@ def broken(groups: Sequence[Group]) -> str:
 
 
 def key_of(groups: Sequence[Group]) -> str:
-    """Explanation of the numbers of groups, for a self-contained caption."""
+    """Return an explanation of the groups' numbers, so that a caption is self-contained."""
     if len(groups) > NAMED:
         return "The table of groups says what the group numbers mean."
     several = len({group.task for group in groups}) > 1

@@ -1,7 +1,7 @@
-"""A worker process: it takes its share of the machine, then runs one cell at a time.
+"""A worker process: it reserves cores, and a GPU if there is one, and runs one cell at a time.
 
-JAX counts the cores when it is imported; therefore modules that need it are imported only after
-that share has been taken.
+JAX counts the cores when it is imported; therefore modules that need JAX are imported only after
+the cores have been reserved.
 """
 
 import os
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 
 #: Name of each file of a run folder -> its content.
 Files = dict[str, bytes]
-#: Prefix of the claims of cores and GPUs.
+#: Prefix of the socket names that reserve cores and GPUs.
 CLAIM = "hfc-design"
 
-_alone = threading.Lock()  # a worker with many threads is given many cells
+_alone = threading.Lock()  # Dask gives a cell to each thread of a worker
 _taken: list[socket.socket] = []
 
 
@@ -42,23 +42,23 @@ def dask_setup(worker: Worker) -> None:
 
 
 def answer(*cell: Any) -> Json:
-    """Outcome of ``run_cell`` as plain data that is read without pickle."""
+    """Return the outcome of ``run_cell`` as plain data, which can be read without pickle."""
     return run_cell(*cell).model_dump()
 
 
 def run_cell(
     version: str, name: str, shared: str, files: Files, plugins: References, anyway: bool
 ) -> "Outcome":
-    """Finish a cell: in the folder ``shared`` of the batch, or from and to ``files``.
+    """Run a cell in the folder ``shared`` of its batch or, if that is "", in a copy of ``files``.
 
-    ``plugins`` are those named on the command line of the batch; those of earlier cells are
-    forgotten. ``anyway`` continues runs that other versions began.
+    ``plugins`` are those named on the command line of the batch; plug-ins of earlier cells are
+    removed. ``anyway`` continues runs that other versions of hfc-design began.
     """
     worker = get_worker()
     key = worker.get_current_task()
     with _alone:
         take_share(worker.state.nthreads)
-        from hfc_design.batch import runner  # with it comes every group of plug-ins
+        from hfc_design.batch import runner  # imports every group of plug-ins
         from hfc_design.runs import run as design
 
         def go_on(search: object) -> None:
@@ -68,8 +68,8 @@ def run_cell(
                 raise runner.Left
 
         def finish(path: Path) -> None:
-            go_on(None)  # it may have waited for long
-            with _of_this_worker():  # a package that the batch has may be missing
+            go_on(None)  # the cell may have waited too long
+            with _of_this_worker():  # where a package may be missing
                 scenario = design.opened_run(path)
             design.run(scenario, path, go_on, anyway, go_on)
 
@@ -83,24 +83,24 @@ def run_cell(
                 return run_in(Path(shared), name, finish)
             with TemporaryDirectory(dir=worker.local_directory) as place:
                 return _run_sent(Path(place) / name, files, finish)
-        except Exception as error:  # a full disk, for one; the worker may run other cells
+        except Exception as error:  # such as a full disk; other cells may still run
             return runner.unfinished(error)
 
 
 @contextmanager
 def _of_this_worker(hint: str = "") -> Iterator[None]:
-    """Add this worker's name to error messages, since the batch may not have the problem."""
+    """Add this worker's name to error messages, as only this worker may have the problem."""
     try:
         yield
     except UserError as error:
         worker = get_worker()
         place = f"the worker {worker.address} on {socket.gethostname()}"
-        why = str(error.args[0]).replace(f"{worker.local_directory}{os.sep}", "")  # of nobody's use
+        why = str(error.args[0]).replace(f"{worker.local_directory}{os.sep}", "")  # temporary
         raise UserError(f"{place}: {why}{hint}") from error
 
 
 def run_in(out: Path, name: str, finish: Callable[[Path], None]) -> "Outcome":
-    """Finish a cell in the folder of its batch, unless another process is running it."""
+    """Run a cell in the folder of its batch, unless another process is running it."""
     from hfc_design.batch import folder
     from hfc_design.batch.runner import Outcome, attempt
     from hfc_design.files.labels import PLAN
@@ -122,7 +122,7 @@ def _run_sent(path: Path, files: Files, finish: Callable[[Path], None]) -> "Outc
     path.mkdir()
     for name, content in files.items():
         (path / name).write_bytes(content)
-    outcome = attempt(lambda: finish(path))  # if it fails, what it has written is sent all the same
+    outcome = attempt(lambda: finish(path))  # if this fails, files are sent too
     written = {name: x for name, x in contents(path).items() if files.get(name) != x}
     return outcome.model_copy(update={"files": written})
 
@@ -134,26 +134,26 @@ def _failed(reason: str) -> "Outcome":
 
 
 def contents(path: Path) -> Files:
-    """Files of a run, without its lock and half-written files of a killed process."""
+    """Return the files of a run, without the lock and half-written files of a killed process."""
     files = (file for file in path.iterdir() if file.is_file() and file.suffix != ".new")
     return {file.name: file.read_bytes() for file in files if file.name[0] != "."}
 
 
 @cache
 def take_share(cores: int) -> None:
-    """Bind this process to cores, and to a GPU if there are any, that no other worker has."""
+    """Bind this process to cores, and to a GPU if there is one, that no other worker uses."""
     if indices := gpus():
         if card := _free("gpu", indices, 1):
             os.environ["CUDA_VISIBLE_DEVICES"] = card[0]
-        else:  # more workers than GPUs, and two would not get on in the memory of one
+        else:  # no GPU is left, and the memory of one is too small for two workers
             os.environ["JAX_PLATFORMS"] = "cpu"
     share = _free("core", [str(core) for core in sorted(os.sched_getaffinity(0))], cores)
-    if not share:  # more workers than cores: the system shares them out
+    if not share:  # more workers than cores: they are not bound to any
         few = max(FEWEST_DEVICES, cores)
         os.environ.setdefault("JAX_NUM_CPU_DEVICES", str(few))
         return
-    for thread in os.listdir("/proc/self/task"):  # later ones inherit it from these
-        with suppress(ProcessLookupError):  # it has ended
+    for thread in os.listdir("/proc/self/task"):  # later threads inherit this
+        with suppress(ProcessLookupError):  # the thread has ended
             os.sched_setaffinity(int(thread), map(int, share))
 
 
@@ -168,10 +168,10 @@ def gpus() -> list[str]:
 
 
 def _free(kind: str, names: Sequence[str], count: int) -> list[str]:
-    """Reserve up to ``count`` of the names on this machine for the lifetime of this process.
+    """Reserve and return up to ``count`` of ``names`` while this process runs on this machine.
 
-    A socket name outside the file system can be bound once, and the system releases it when the
-    process ends, however it ends.
+    A name is reserved by a socket name outside the file system, which only one process can bind;
+    the operating system releases it when the process ends for any reason.
     """
     job = os.environ.get("SLURM_JOB_ID", "")  # each job counts its own GPUs from 0
     unused: list[str] = []

@@ -34,7 +34,7 @@ def export(
             score of the design says that it diverged, and ``anyway`` is false.
         RunError: ``path`` cannot be written.
     """
-    if to not in [*FORMATS]:  # which need not be a text
+    if to not in [*FORMATS]:  # a list, because ``to`` may be of any type
         raise UserError(f"{to!r}: unknown format; {one_of(to, FORMATS)}")
     place, design = path_of(path), load_design(source_design)
     if scenario is not None:
@@ -47,9 +47,9 @@ def export(
 def import_(path: str | Path, **wish: Any) -> Design:
     """Import a controller file of another program as a design, as ``hfc import`` does.
 
-    ``wish`` takes the fields of ``formats.reading.Wish`` as keywords: ``plant`` and ``like`` by
-    name, ``signals`` {input of the file: signal}, ``sample_time`` [s], ``terms`` (rows, columns),
-    ``output`` (name of the output to import where the file has several).
+    ``wish`` takes the fields of ``formats.reading.Wish`` as keywords, such as the names ``plant``
+    and ``like``, ``signals`` {input of the file: signal}, ``sample_time`` [s], ``terms`` (numbers
+    of terms of the two inputs) and ``output`` (name of the output, if the file has several).
 
     Raises:
         UserError: the file cannot be read, or contains something that a design cannot represent.

@@ -45,11 +45,11 @@ def identify(
         plant: name of the plant of the machine; not needed with a scenario or a controller.
         scenario: scenario with the plant, the start values, the sensors and the limits; default:
             the scenario of the controller.
-        changes: changes to the scenario, by dotted keys; values that they set for the machine, its
-            constant load, delay and lag are taken as known and not identified.
+        changes: changes to the scenario, by dotted keys. Parameters of the machine, constant load,
+            delay and lag count as known if they are set here, and are not identified.
         axis: name of the axis, for a machine of several axes.
-        free: parameters to identify, "mass=50" with a start value; default: all except exact ones,
-            those that are 0 and those in ``changes``, and the load if no parameter is a load.
+        free: parameters to identify, as "mass", or "mass=50" with a start value; default: all that
+            are neither exact nor 0 nor in ``changes``, and a constant load if none of them is one.
         controller: controller in the loop that recorded the log; its closed loop is replayed too.
         bandwidth: bandwidth of the observer [Hz]; 0 replays in open loop; default: the best of 50,
             20 and 5 Hz.

@@ -27,7 +27,7 @@ def design(
     on_generation: Callable[[Search], None] = lambda search: None,
     anyway: bool = False,
 ) -> Result:
-    """Search a controller; return its design file, its evaluation on the scenario, and the search.
+    """Search for a controller; return the design, its evaluation on the scenario, and the search.
 
     With ``folder``, a run folder with a report is written there, as by ``hfc design``. If the
     folder contains a stopped run of the same scenario, that run is continued; with ``anyway`` even
@@ -75,7 +75,7 @@ def pick(
         UserError: there is no finished run, no front, no such point, or no usable design.
         RunError: a file of the run is damaged.
     """
-    from hfc_design.batch.results import best_usable, is_run  # with all that draws
+    from hfc_design.batch.results import best_usable, is_run  # which imports all that draws
 
     if point is not None:
         check_whole("point", point, 1)
@@ -88,7 +88,7 @@ def pick(
 
 
 def with_gains(scenario: AnyScenario, kind: str, gains: Mapping[str, Any]) -> Design:
-    """Return a design with given gains: a controller of kind pd, pid, pid+ff or an own control law.
+    """Return a design with given gains, of kind pd, pid, pid+ff or of a user's own control law.
 
     Raises:
         UserError: the kind does not exist or has other gains, or a gain is given for an unknown

@@ -259,9 +259,9 @@ def report(
 def for_a_paper(
     folder: Path, stem: str, figures: str | None, width: str | None, latex: bool
 ) -> Paper | None:
-    """Settings of the figures and tables for a paper, or None if neither is wanted.
+    """Return the settings of figures and tables for a paper, or None if neither is wanted.
 
-    Their folders are in ``folder``, with names that begin with ``stem``.
+    The folders for them are in ``folder``, with names that begin with ``stem``.
 
     Raises:
         UserError: the kind of figure or the width is invalid, or a width is given without figures.
@@ -278,7 +278,7 @@ def for_a_paper(
 
 
 def column(width: str) -> float:
-    """Width in millimetres; UserError: the text is not a width."""
+    """Return a width in millimetres; UserError: the text is not a width."""
     try:
         return millimetres(width)
     except (ValueError, TypeError):

@@ -9,7 +9,7 @@ from hfc_design.stability.report import LoopMargins, StableGains, drive_of
 from hfc_design.stability.stable_range import stable_range
 
 if TYPE_CHECKING:
-    from hfc_design.files.design import AnyDesign, Design  # which takes longer than all the rest
+    from hfc_design.files.design import AnyDesign, Design  # takes longer to import than the rest
     from hfc_design.files.named_scenario import AnyScenario
 
 #: Drive of Jee & Koren 2004, on which their controllers run.
@@ -27,13 +27,13 @@ def stability(
 ) -> StableGains | LoopMargins:
     """Return the gains that keep the drive K/(s (tau s + 1)) stable, or the margins of a loop.
 
-    The counterpart of ``hfc stability``. Without a design, or with parameters of a drive, the
-    result is the range of stable gains (Jee & Koren 2004, section 3), and the position in this
-    range of the gains of the rule table of a design of kind flc, aflc or soflc. With a design alone
-    it is the margins of the design's loop on its scenario: as simulated, linearised at rest and
-    where each motion is slowest and fastest, for the nominal machine and as a band over other
-    machines; for a rule table on a feed drive it includes the range too. Both results display
-    themselves as a table and have ``numbers()``; ``plot`` draws them.
+    The counterpart of ``hfc stability``. Without a design, the result is the range of stable gains
+    of a drive (Jee & Koren 2004, section 3). With a design and parameters of a drive, it also says
+    where the gains of the design's rule table (kind flc, aflc or soflc) are in this range. With a
+    design alone, the result has the margins of the design's loop on its scenario: as simulated,
+    linearised at rest and where each motion is slowest and fastest, for the nominal machine and as
+    a band over other machines; for a rule table on a feed drive it includes the range too. Both
+    kinds of result display themselves as a table and have ``numbers()``; ``plot`` draws them.
 
     Args:
         design: design whose drive is used unless the parameters below override it; default: the
@@ -46,9 +46,9 @@ def stability(
             design was made for.
 
     Raises:
-        UserError: the design does not exist; parameters are given and it has no rule table; gain or
-            time constant are missing for a plant that is not a feed drive; its loop cannot be
-            linearised; or a number is out of range.
+        UserError: the design does not exist; parameters are given for a design without rule table;
+            gain or time constant are missing for a plant that is not a feed drive; the loop cannot
+            be linearised; or a number is out of range.
     """
     options = {"gain": gain, "time_constant": time_constant, "sample_time": sample_time}
     given = {key: value for key, value in options.items() if value is not None}
@@ -68,7 +68,7 @@ def stability(
         drive = drive_of(mismatch, axes, loaded.controller.sample_time_s, given)
         try:
             loop = None if given else _margins(loaded, scenario)
-        except UserError:  # made for no scenario
+        except UserError:  # such as a design made for no scenario
             loop = None
         return StableGains(stable_range(**drive), tables(loaded.controller), drive, loop)
     if given:
@@ -78,7 +78,7 @@ def stability(
 
 
 def _margins(design: "Design", scenario: "AnyScenario | None") -> LoopMargins:
-    """Margins on the scenario that the design was made for, or another, within its tolerances."""
+    """Return margins on ``scenario``, or on that of the design, with a band over its tolerances."""
     from hfc_design.files.loop_setup import machine, own_scenario, with_converter
     from hfc_design.files.named_scenario import load_scenario
     from hfc_design.files.robust import RobustSettings

@@ -32,7 +32,7 @@ class Commands(Refusing, click.Group):
     """A group whose commands report a user's mistake in one line."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Names in the order of their addition, not in alphabetical order."""
+        """Return the names in the order of their addition, not in alphabetical order."""
         return list(self.commands)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -44,7 +44,7 @@ class Commands(Refusing, click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """The named command; UserError: it does not exist."""
+        """Return the named command; UserError: it does not exist."""
         from hfc_design.core.wording import one_of
 
         if args[0] not in self.commands and not args[0].startswith("-"):
@@ -55,7 +55,7 @@ class Commands(Refusing, click.Group):
         """Run a command in an environment that suits JAX; an interrupt ends the command."""
         from hfc_design.core.interrupt import listen
 
-        if threading.current_thread() is threading.main_thread():  # others cannot
+        if threading.current_thread() is threading.main_thread():  # others cannot handle signals
             listen()
         with as_lines():
             check_environment()

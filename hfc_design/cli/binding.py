@@ -28,12 +28,12 @@ class Parameter(NamedTuple):
     """Description of an argument or option, without its name and type."""
 
     make: type[click.Parameter]
-    names: tuple[str, ...]  # of an option on the command line; none: that of the parameter
-    kind: Any  # click's type; None: that of the annotation
-    settings: dict[str, Any]
+    names: tuple[str, ...]  # of an option, as "--to"; (): made from the name of the parameter
+    kind: Any  # click's type; None: from the annotation
+    settings: dict[str, Any]  # click's keywords; ``low``: minimum, excluded if ``open``
 
     def of(self, name: str, annotation: Any) -> click.Parameter:
-        """The click parameter for a function's parameter with this name and annotation."""
+        """Return the click parameter for a function's parameter with this name and annotation."""
         settings = {"expose_value": not name.startswith("_"), **self.settings}
         types = [one for one in get_args(annotation) if one is not type(None)] or [annotation]
         plain = str if annotation == Texts else PATH if types[0] is Path else types[0]
@@ -54,18 +54,18 @@ class Parameter(NamedTuple):
 
 
 class Together(NamedTuple):
-    """Default of a parameter whose value ``make`` computes from parameters of its own."""
+    """Default of a parameter that ``make`` computes from its own parameters on the command line."""
 
     make: Callable[..., Any]
 
 
 def argument(kind: Any = None, **settings: Any) -> Any:
-    """A positional argument of a command line, with click's ``settings``."""
+    """Return the default of a parameter that is a positional argument; ``settings`` are click's."""
     return Parameter(click.Argument, (), kind, settings)
 
 
 def option(text: str | None, *names: str, kind: Any = None, **settings: Any) -> Any:
-    """An option with its help; ``low`` is its minimum, excluded if ``open``; others: click."""
+    """Return the default of a parameter that is an option; ``text`` is its help."""
     return Parameter(NamedOption, names, kind, {"help": text, **settings})
 
 
@@ -73,10 +73,10 @@ class Answer(NamedTuple):
     """Result of a command."""
 
     numbers: Any  # what --json prints
-    tables: Callable[[], Iterable[Table]]  # what a person is shown
-    files: Sequence[Path] = ()  # that are written
-    indent: int | None = None  # of the JSON
-    ascii: bool = True  # whether the JSON has no other letters
+    tables: Callable[[], Iterable[Table]]  # what the command prints otherwise
+    files: Sequence[Path] = ()  # written files, whose paths are printed after the tables
+    indent: int | None = None  # indentation of the JSON
+    ascii: bool = True  # whether the JSON has ASCII characters only
 
     def print(self, as_json: bool) -> None:
         """Print the result on stdout, as JSON or as text."""
@@ -90,7 +90,7 @@ class Answer(NamedTuple):
             click.echo(path)
 
 
-#: Key of a context for the flag --json.
+#: Key in ``meta`` of a context, for the flag --json.
 AS_JSON = "hfc.json"
 
 
@@ -100,10 +100,10 @@ def command(
     last: Iterable[click.Parameter] = (),
     **settings: Any,
 ) -> Callable[[Callable[..., Answer | None]], click.Command]:
-    """Turn a function with its help as docstring into a command; ``short`` is its line in a list.
+    """Return a decorator that makes a command of a function, whose docstring becomes the help.
 
-    The ``last`` parameters follow those of the function and are not passed to it; ``settings`` are
-    click's.
+    ``short`` is its line in a list of commands. The ``last`` parameters follow those of the
+    function and are not passed to it. ``settings`` are click's.
     """
 
     def bound(function: Callable[..., Answer | None]) -> click.Command:
@@ -132,7 +132,7 @@ def _parameters(function: Callable[..., Any]) -> Iterator[click.Parameter]:
 
 
 def _called(function: Callable[..., Any], given: dict[str, Any]) -> Any:
-    """Return value of a function for the values of a command line."""
+    """Call a function with the values of a command line that are its parameters."""
     passed = {}
     for name, one in inspect.signature(function).parameters.items():
         if isinstance(one.default, Together):

@@ -30,7 +30,7 @@ PAGE, TABLE, NUMBERS = "report.html", "comparison.csv", "comparison.json"
 
 
 def _shares(context: click.Context, option: click.Parameter, values: Texts) -> dict[str, float]:
-    """Spreads of single parameters, as in ``backlash=0.5``."""
+    """Return parameter -> spread from texts as ``backlash=0.5``; BadParameter: another form."""
     from hfc_design.core.numbers import number_or_none
 
     shares = {}
@@ -110,7 +110,7 @@ def compare(
 
 
 def _options(comparison: "Comparison", scenarios: Texts, changes: Texts) -> dict[str, Texts]:
-    """Options of the command that repeats the comparison."""
+    """Return option -> values for the command that repeats the comparison."""
     from hfc_design.files.machine import ALL_PLANTS
 
     plant = common.named_part("plant")
@@ -132,7 +132,7 @@ def _written(
     folder: Path | None,
     paper: "Paper | None",
 ) -> list[Path]:
-    """Write the ``wanted`` files, and all files into a folder; return their paths."""
+    """Write the ``wanted`` files, all files into ``folder``, and a ``paper``; return the paths."""
     from hfc_design.core.checkpoint import write_whole
     from hfc_design.core.records import writing
     from hfc_design.formats.writing import csv_text

@@ -91,7 +91,7 @@ def design(
 def _scenario(
     name: str, pareto: str | None, settings: dict[str, Any], changes: Texts
 ) -> "Scenario":
-    """The scenario of the options; UserError: they contradict each other."""
+    """Return the scenario with the changes of options; UserError: options contradict each other."""
     from hfc_design.files.named_scenario import load_scenario
     from hfc_design.runs.problem import check_memory
 
@@ -100,7 +100,7 @@ def _scenario(
         settings = trading(name, pareto, settings, changes)
     loaded = load_scenario(name, [*(f"{key}={x}" for key, x in settings.items()), *changes])
     known = common.named_part("strategy") or loaded.search.preset
-    if known != loaded.search.preset:  # it is easily thought to be the one that searches
+    if known != loaded.search.preset:  # the user may think that the loaded one searches
         raise refusal(
             f"--strategy: loads {known}, but search.preset is {loaded.search.preset}; "
             f"add --preset {known}"
@@ -128,7 +128,7 @@ def _warn(scenario: "Scenario") -> None:
 
 
 def _searched(scenario: "Scenario", folder: Path, anyway: bool, watch: Any) -> "Result":
-    """The result of the run in a folder; ``watch`` shows its progress, None shows nothing.
+    """Run the search in a folder and return its result; ``watch`` shows the progress, if any.
 
     Raises:
         RunError: the run was interrupted, or found nothing.
@@ -183,9 +183,9 @@ def _show(scenario: "Scenario", folder: Path, result: "Result", summary: str, qu
 
 
 def _near_the_best(scenario: "Scenario", result: "Result", folder: Path) -> str:
-    """Line on the design and the best attainable control, for one limited motion of a C-axis.
+    """Return a line that compares the design with the best attainable control of a C-axis, or "".
 
-    Several motions take longer; ``hfc attainable`` computes them on request.
+    For several motions, which take longer, the line names the command ``hfc attainable``.
     """
     from hfc_design.attainable.attainable import check
     from hfc_design.core.records import RunError, UserError
@@ -197,5 +197,5 @@ def _near_the_best(scenario: "Scenario", result: "Result", folder: Path) -> str:
             command = f"hfc attainable {shlex.quote(str(folder))}"
             return f"How close is it to the best possible controller? {command}"
         return attained_told(keep_attained(scenario, result.design, folder))
-    except (UserError, RunError):  # there is no bound, or it was not found
+    except (UserError, RunError):  # no bound exists, or none was found
         return ""

@@ -73,7 +73,7 @@ def export(
 
 
 def term_counts(text: str | None) -> tuple[int, int] | None:
-    """Number of terms of each input, from one number for both or from two."""
+    """Return the numbers of terms of both inputs from "7" or "9x5"; None for None."""
     if text is None:
         return None
     match = re.fullmatch(r"([0-9]{1,2})(?:x([0-9]{1,2}))?", text)
@@ -126,7 +126,7 @@ def import_(
     from hfc_design.formats import FORMATS, reading
 
     pairs = {}
-    for item in (one for text in signals for one in text.split(",")):  # as --at has them
+    for item in (one for text in signals for one in text.split(",")):  # several in one, as for --at
         key, equals, signal = item.partition("=")
         if not equals:
             raise refusal(f"--signal {item}: must be INPUT=SIGNAL, as in input1=error")

@@ -1,11 +1,11 @@
-"""Tables of an explanation."""
+"""Tables of ``hfc explain``: signals, degrees, rules and parts of the command in a sample."""
 
 from collections.abc import Iterator
 
 from hfc_design.core.numbers import Json
 from hfc_design.core.tables import MISSING, Table, text
 
-#: Share of a command -> its name in an explanation.
+#: Part of a command -> its name in the table of the command.
 PARTS = {
     "proportional": "kp error",
     "derivative": "kd error_rate",
@@ -24,12 +24,12 @@ NO_RATE = (
 CONVERTED = (
     "From the converter: the command as the drive receives it, rounded to whole steps or limited."
 )
-#: Columns for the degrees of all terms beside one another.
+#: Largest width for the degrees of all terms in one row [characters].
 WIDEST = 42
 
 
 def tables(explanation: Json, least: float) -> Iterator[Table]:
-    """Tables of the result of ``explain.explanation``, with the count of rules below ``least``."""
+    """Yield the tables of an ``explain.explanation``; rules below ``least`` are only counted."""
     lines = [f"design {explanation['design']}, kind {explanation['kind']}"]
     if "inside" in explanation:
         lines.append(
@@ -77,7 +77,7 @@ def _degrees(unit: Json) -> Table:
             )
             rows.append([side["input"], f"{side['value']:.4g}", *degrees])
         return Table("", ("input", "value", *labels), rows, title=title)
-    for side in sides:  # each has its own, of which few count
+    for side in sides:  # each has terms of its own, few of which have a degree above 0
         counting = [pair for pair in side["degrees"].items() if pair[1]]
         for k, (label, degree) in enumerate(counting):
             head = ("", "") if k else (side["input"], f"{side['value']:.4g}")

@@ -2,15 +2,11 @@
 
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from hfc_design.cli import options as common
 from hfc_design.cli.binding import Answer, Texts, argument, command, option
 from hfc_design.cli.names import DESIGN, SCENARIO
 from hfc_design.cli.usage import refusal
-
-if TYPE_CHECKING:
-    pass
 
 AT_HELP = "Signals of a sample; repeat it for each following sample; the last is explained."
 

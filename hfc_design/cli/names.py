@@ -8,7 +8,7 @@ from typing import Any
 import click
 from click.shell_completion import CompletionItem
 
-#: Kinds of things that may be a user's own -> entry points of installed packages for them.
+#: Kinds of things that may be a user's own -> their group of entry points of installed packages.
 ENTRY_POINTS = {
     "plant": "hfc_design.plants",
     "controller": "hfc_design.controllers",
@@ -22,10 +22,10 @@ FILES = "scenario", "design"
 
 
 class Named(click.types.StringParamType):
-    """Name of a thing: built in, of an installed package, or another value that its option accepts.
+    """Type of a parameter that is the name of a thing, or another value that the option accepts.
 
-    It offers the names of the reference of hfc-design, and those of installed packages.
-    Nothing here starts JAX.
+    A shell completes it to the names in the reference of hfc-design, and those of installed
+    packages. Nothing here starts JAX.
     """
 
     name = "name"
@@ -37,15 +37,15 @@ class Named(click.types.StringParamType):
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
-        """The names that begin with the typed text, and files."""
+        """Return the names that begin with the typed text, and files."""
         kind = self.kind or str(ctx.params.get("kind"))
         items = completions(meanings(kind), incomplete)
-        # In front: Bash forgets what came before, and takes files where no name begins so.
+        # The file comes first: Bash drops all items before it, and if none follow, offers files.
         return [CompletionItem(incomplete, type="file"), *items] if kind in FILES else items
 
 
 def meanings(kind: str) -> dict[str, str]:
-    """Every name of a kind, with its meaning."""
+    """Return name -> meaning, of all things of a kind."""
     from hfc_design.reference.entries import things
 
     known = {one.name: one.meaning for one in things(kind)}
@@ -56,7 +56,7 @@ def meanings(kind: str) -> dict[str, str]:
 
 
 def completions(names: Mapping[str, str], incomplete: str) -> list[CompletionItem]:
-    """The names that begin with the typed text, each with its meaning."""
+    """Return the names that begin with the typed text, each with its meaning."""
     return [
         CompletionItem(name, help=shorten(meaning, 72, placeholder=" ..."))
         for name, meaning in names.items()
@@ -70,7 +70,7 @@ STRATEGY, FORMAT = Named("strategy"), Named("format")
 
 
 class OrElse(click.Choice):  # type: ignore[type-arg]
-    """One of some names; ``others`` are synonyms, such as plants for plant."""
+    """Type of a parameter that is one of some names, or a synonym, such as plants for plant."""
 
     def __init__(self, choices: Iterable[str], others: Mapping[str, str]):
         """``choices`` are the names in the help, ``others`` the synonyms -> their names."""
@@ -78,7 +78,7 @@ class OrElse(click.Choice):  # type: ignore[type-arg]
         self.others = others
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """The name for a typed value."""
+        """Return the name for a typed value."""
         return super().convert(self.others.get(value, value), param, ctx)
 
 

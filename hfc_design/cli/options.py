@@ -1,4 +1,4 @@
-"""Options that commands share: changes, the scenario of a design, output files, own parts."""
+"""Options that commands share: changes, the scenario of a design, output files, plug-ins."""
 
 import os
 import shlex
@@ -29,7 +29,7 @@ def free(path: Path, option: str = "--out", folder: bool = False) -> Path:
             otherwise be found only after the computation.
     """
     where, meta = f"{option} {path}", click.get_current_context().meta
-    if exists(path) and not (isfile(path) or isdir(path)):  # a rename would take its place
+    if exists(path) and not (isfile(path) or isdir(path)):  # a file would replace it
         raise refusal(f"{where}: must be a file or a folder; name another path")
     if exists(path) and not meta["hfc.force"]:
         raise refusal(f"{where}: already exists; name another path, or add --force")
@@ -42,9 +42,9 @@ def free(path: Path, option: str = "--out", folder: bool = False) -> Path:
 
 
 def output(text: str, folder: bool = False, **others: Any) -> Any:
-    """An option for an output path checked by ``free``, for a command with the option ``FORCE``.
+    """Return an option for an output path; ``free`` checks it; the command needs ``FORCE`` too.
 
-    The suffix of a ``--plot`` is checked before anything is simulated.
+    The suffix of the path of ``--plot`` is also checked, before anything is simulated.
     """
 
     def checked(_: click.Context, option: click.Parameter, path: Path | None) -> Path | None:
@@ -58,7 +58,7 @@ def output(text: str, folder: bool = False, **others: Any) -> Any:
 
 
 def _noted(key: str) -> Callable[[click.Context, click.Parameter, bool], bool]:
-    """A callback that stores a flag in the context."""
+    """Return a callback that stores a flag under ``key`` in the context."""
     return lambda context, _, value: context.meta.setdefault(key, value)
 
 
@@ -85,7 +85,7 @@ SCENARIOS_HELP = SCENARIO_HELP.replace(" [", "; can be given several times [")
 SETTING = option(SET_HELP, "--set", metavar="KEY=VALUE")
 CHANGING = option(CHANGE_HELP, "--change", metavar="KEY=VALUE")
 MEMORY_HELP = "Limit of memory, as in 8GB [default: 80 % of the free memory]."
-#: Option of every command with large memory needs; a variable passes it to workers.
+#: Option of commands with large memory needs; an environment variable passes it to workers.
 MEMORY = option(MEMORY_HELP, callback=_bounded)
 #: Help of an option of the commands that search.
 ANYWAY_HELP = "Resume even if version, files or plug-ins have changed; the result may differ."
@@ -105,7 +105,7 @@ KNOWN = CHOICES | {
 
 
 def plugins(helps: dict[str, str]) -> Iterator[click.Parameter]:
-    """--use and the options with these helps, which load the named parts."""
+    """Yield the options in ``helps`` (name -> help) and --use, which load the parts they name."""
     for key, text in helps.items():
         settings: dict[str, Any] = {"expose_value": False, "callback": _known}
         yield option(text, kind=NAMED[key], **settings).of(key, str)
@@ -118,7 +118,7 @@ def _known(ctx: click.Context, option: click.Parameter, value: str | Texts | Non
     """Load the part that an option names, and store its name."""
     if not value:
         return
-    import hfc_design.files.scenario  # noqa: F401 - every group of plug-ins is one of a scenario
+    import hfc_design.files.scenario  # noqa: F401 - it makes all groups of plug-ins known
     from hfc_design.core.plugins import GROUPS, use
 
     if not isinstance(value, str):
@@ -130,21 +130,21 @@ def _known(ctx: click.Context, option: click.Parameter, value: str | Texts | Non
     ctx.meta[f"hfc.{key}"] = name
 
 
-#: Options of commands that only load parts named in files, and of those with designs on a plant.
+#: Options that only load parts which files name; the same, where --plant also selects the plant.
 KNOWING = tuple(plugins(KNOWN))
 ON_A_PLANT = tuple(plugins(KNOWN | {"plant": CHOICES["plant"]}))
-#: Options of commands on a scenario, whose parts they select.
+#: Options that select the parts of a scenario.
 CHOOSING = tuple(plugins(CHOICES))
 
 
 def named_part(key: str) -> str | None:
-    """The plant, fitness, controller or strategy named on the command line."""
+    """Return the plant, fitness, controller or strategy named on the command line; None: none."""
     name: str | None = click.get_current_context().meta.get(f"hfc.{key}")
     return name
 
 
 def choosing(*keys: str) -> Texts:
-    """Changes of a scenario that select the parts named on the command line, of ``CHOICES``."""
+    """Return the changes of a scenario that select the parts named on the command line."""
     named = {key: name for key in keys if (name := named_part(key))}
     # The plant's parameters stay; a fitness or controller of another kind has other settings.
     return tuple(
@@ -154,7 +154,7 @@ def choosing(*keys: str) -> Texts:
 
 
 class Loops(NamedTuple):
-    """A design and the scenarios to run it on, with the design's own controller."""
+    """A design and the scenarios to run it on."""
 
     design: "Design"
     scenarios: list["Scenario"]
@@ -167,7 +167,7 @@ class Loops(NamedTuple):
 
 
 def loops_of(name: str, others: Texts, scenarios: Texts, changes: Texts, *parts: str) -> Loops:
-    """A design with changes, on scenarios with changes and the ``parts`` selected by options.
+    """Return a design with changes, and scenarios with changes and the ``parts`` of options.
 
     Default scenario: the one that the design was made for.
     """
@@ -179,7 +179,7 @@ def loops_of(name: str, others: Texts, scenarios: Texts, changes: Texts, *parts:
 
 
 def scenarios_of(design: "Design", name: str, scenarios: Texts, changes: Texts) -> list["Scenario"]:
-    """The scenarios with changes; default: the one that the design ``name`` was made for."""
+    """Return scenarios with changes; default: the one that the design ``name`` was made for."""
     from hfc_design.files.loop_setup import own_scenario
     from hfc_design.files.named_scenario import load_scenario
 
@@ -188,7 +188,7 @@ def scenarios_of(design: "Design", name: str, scenarios: Texts, changes: Texts) 
 
 
 def again(words: Sequence[str], options: dict[str, Texts], designs: Iterable["Design"]) -> str:
-    """The command line that repeats the command, with the own parts of the designs."""
+    """Return the command line that repeats a command, with --use for plug-ins of the designs."""
     from hfc_design.core.plugins import uses
     from hfc_design.core.records import harmless
 
@@ -219,14 +219,14 @@ def _on_several(
 ON_SCENARIO: Any = Together(_on_one)
 ON_SCENARIOS: Any = Together(_on_several)
 
-#: As in ``report.paper``, which takes long to import.
+#: Kinds of files of figures, as in ``report.paper``, which takes long to import.
 KINDS = "pdf", "svg", "pgf"
 #: Folder and prefix of the output folders -> selection of the parts of a page for a paper.
 Papers = Callable[[Path, str], "Paper | None"]
 
 
 def millimetres_of(_: click.Context, option: click.Parameter, value: str | None) -> float | None:
-    """A width in millimetres."""
+    """Return a width in millimetres; a callback of an option; BadParameter: not a width."""
     if value is None:
         return None
     from hfc_design.report.paper import millimetres
@@ -238,7 +238,7 @@ def millimetres_of(_: click.Context, option: click.Parameter, value: str | None)
 
 
 def width(text: str) -> Any:
-    """An option with a width, whose value is a number of millimetres."""
+    """Return an option for a width, whose value is a number of millimetres."""
     return option(text, kind=click.STRING, callback=millimetres_of, metavar="WIDTH")
 
 

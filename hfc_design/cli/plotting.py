@@ -38,7 +38,7 @@ class NameOrWhat(Named):
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
-        """Both, and files."""
+        """Return designs and files, and after the first name also pictures."""
         items = super().shell_complete(ctx, param, incomplete)
         return items + completions(WHATS, incomplete) if ctx.params.get("what") else items
 
@@ -97,7 +97,7 @@ def plot(
 
 
 def _check(names: Texts, what: str) -> None:
-    """Refuse options and numbers of names that do not belong to the picture."""
+    """Check that options and number of names fit the picture; UserError: they do not."""
     if not names:
         missing = f"{what}: which design?" if what in WHATS else f"{what}: WHAT of it?"
         raise refusal(f"{missing} as in hfc plot DESIGN surface; WHAT is {', '.join(WHATS)}")

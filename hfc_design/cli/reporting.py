@@ -70,7 +70,7 @@ def report(
 
 
 def _of_folder(place: Path, each: bool, parquet: bool, papers: Papers) -> None:
-    """Write the pages of a folder, and print the findings of several runs."""
+    """Write the pages of a folder, and print the findings if it has several runs."""
     from hfc_design.batch.report import report
     from hfc_design.batch.summary_text import show_findings
 

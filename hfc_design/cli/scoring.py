@@ -25,7 +25,7 @@ from hfc_design.stability.report import SAID
 
 QUESTION = "Can I use it?"
 WARNING = "hfc: warning: the design is not usable as it is"
-#: Share of a required margin from which on it may be what keeps a loop slow.
+#: A margin that has reached this share of its limit may be what keeps a loop slow.
 NEAR = 0.9
 ONLY = "hfc: warning: the design is usable only if the machine is as in the model"
 
@@ -39,7 +39,7 @@ def score_one(
     samples: int | None = None,
     seed: int | None = None,
 ) -> None:
-    """``hfc score`` on one scenario: usability, if there is a spread, then the metrics.
+    """Print the output of ``hfc score`` on one scenario: usability, if required, and metrics.
 
     Raises:
         UserError: a value is not allowed, or design and scenario do not fit.
@@ -76,7 +76,7 @@ def score_one(
 
 
 def _numbers(design: Design, scenario: Scenario, evaluation: Evaluation) -> Json:
-    """Notes that limit the validity of the numbers, and the numbers."""
+    """Return what --json prints: notes on the validity (diverged, chaotic), and the metrics."""
     lost = evaluation.divergence and evaluation.divergence._asdict()
     known = {"design": design.name, "scenario": scenario.name, "diverged": evaluation.diverged}
     known |= {"chaotic": evaluation.chaotic, "substeps": evaluation.substeps, "divergence": lost}
@@ -86,7 +86,7 @@ def _numbers(design: Design, scenario: Scenario, evaluation: Evaluation) -> Json
 def _robustness(
     design: Design, scenario: Scenario, spread: float, samples: int, seed: int
 ) -> Robustness:
-    """Robustness of one motion over several machines."""
+    """Return the robustness of one motion over ``samples`` machines, and show the progress."""
     begun = time.monotonic()
     with MachinesBar() as bar:
         progress = partial(bar.chunk, "simulating")
@@ -111,7 +111,7 @@ def _tell_spread(design: Design, scenario: Scenario, result: Robustness, as_json
 
 
 def show_usable(numbers: Json | None) -> None:
-    """Print the verdict, then its numbers (``Usable.numbers``); a "no" also warns on stderr."""
+    """Print the verdict and its numbers (``Usable.numbers``); if it is not yes, warn on stderr."""
     if numbers is None:
         print(f"{QUESTION} Unknown: there is no machine within the tolerances")
         return
@@ -129,7 +129,7 @@ def show_usable(numbers: Json | None) -> None:
 
 
 def settling_told(numbers: Json | None, constraints: Collection[str]) -> str:
-    """Advice on a requirement to add to a scenario with these ``constraints``; "" if none."""
+    """Return the advice to require that the loop settles, if it oscillates; "" if not needed."""
     unsettled = numbers is not None and not numbers["usable"] and "oscillate" in numbers["answer"]
     if not unsettled or "unsettled" in constraints:
         return ""
@@ -137,7 +137,7 @@ def settling_told(numbers: Json | None, constraints: Collection[str]) -> str:
 
 
 def again_told(numbers: Json | None, scenario: Scenario) -> str:
-    """Advice for another search; "" if none helps, since the table has the advice on stress."""
+    """Return advice for another search; "" if usable, or if only stress fails (see its table)."""
     if not numbers or numbers["usable"] or numbers.get("verdict") == acceptance.ON_THIS_MODEL:
         return ""
     more = [f"--seed {scenario.run.seed + 1}", "twice the --generations", "a smaller robust.spread"]
@@ -148,7 +148,7 @@ def again_told(numbers: Json | None, scenario: Scenario) -> str:
 
 
 def _at_its_limit(numbers: Json, scenario: Scenario) -> Iterator[str]:
-    """Required margins that the loop just has or lacks: a search may stay slow to keep them."""
+    """Yield advice to loosen margins that the loop just has or lacks, since they keep it slow."""
     worst = (numbers.get("margins") or {}).get("worst") or {}
     for key, limit in scenario.margins.items():
         name, larger_is_worse, _ = ASKED[key]
@@ -158,7 +158,7 @@ def _at_its_limit(numbers: Json, scenario: Scenario) -> Iterator[str]:
 
 
 def _below(numbers: Json) -> Iterator[str]:
-    """Lines below the table."""
+    """Yield the lines below the table."""
     low, high = numbers["interval"]
     limited = any(one.get("constraints") for one in numbers["motions"].values())
     met = ", all constraints met" if limited else "; there are no constraints to meet"
@@ -192,7 +192,7 @@ def _below(numbers: Json) -> Iterator[str]:
 
 
 def _answer(result: Robustness) -> str:
-    """The verdict line for one motion on the machines of ``--spread``."""
+    """Return the verdict for one motion on the machines of ``--spread``, as a line."""
     share, (low, high) = float(result.stable.mean()), result.interval
     machines = f"of {len(result.stable)} machines within +-{100 * result.spread:g} %"
     if not (result.usable or share):
@@ -204,9 +204,9 @@ def _answer(result: Robustness) -> str:
 
 
 def _missed(scenario: Scenario, result: Robustness) -> str:
-    """Line if the median machine misses the scenario's own targets; "" otherwise.
+    """Return the line that the median machine misses the targets of the scenario; "" otherwise.
 
-    The fitness of such a scenario is one over the weighted mean of measure / target.
+    The fitness of such a scenario is 1 / (weighted mean of value / target).
     """
     values = result.values["fitness"][result.stable]
     has_targets = isinstance(scenario.fitness, TolerancesSettings)

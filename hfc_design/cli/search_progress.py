@@ -15,7 +15,7 @@ from hfc_design.search.polish import Polished
 
 
 def free_folder(name: str) -> Path:
-    """Create the folder of a new run of a scenario; RunError: it cannot be created."""
+    """Create and return the folder runs/NAME-N of a new run; RunError: it cannot be created."""
     for folder in (Path("runs") / f"{name}-{number}" for number in count(1)):
         with writing(folder), suppress(FileExistsError):
             folder.mkdir(parents=True)
@@ -23,12 +23,12 @@ def free_folder(name: str) -> Path:
     return folder
 
 
-#: Step after the end of a search.
+#: Text on the step after the last generation of a search.
 JUDGING = "judging the results"
 
 
 class Watch(ProgressBar):
-    """Progress of the search of a scenario: best and median merit, speed."""
+    """Progress of a search for a scenario: best and median merit, speed."""
 
     def __init__(self, scenario: Scenario):
         super().__init__("compiling", scenario.search.generations)
@@ -51,7 +51,7 @@ class Watch(ProgressBar):
         done, history = search.generation, search.history
         self._diverged = int(history.diverged.sum())
         if self._first is None:
-            self._first = (done, now)  # the first one includes the compilation
+            self._first = (done, now)  # the time of the first one includes the compilation
         begun, since = self._first
         rate = (done - begun) * self._steps / (now - since) if now > since else 0.0
         line = (
@@ -66,7 +66,7 @@ class Watch(ProgressBar):
             self.say(f"generation {done}/{self.total}  {self._title}: {line}\n{JUDGING}")
         elif now - self._said > 5.0:
             left = (self.total - done) * (now - since) / max(done - begun, 1)
-            if left >= 1.0:  # less is not known, right after the compilation
+            if left >= 1.0:  # it is 0 right after the compilation, when it is not known yet
                 line += f"  {left:.0f} s left"
             self.say(f"generation {done}/{self.total}  {self._title}: {line}")
             self._said = now
@@ -87,7 +87,7 @@ class Watch(ProgressBar):
             self._said = now
 
     def summary(self) -> str:
-        """Time and divergence of the whole run, until its design is judged."""
+        """Return a line on the time of the whole run, and on how many individuals diverged."""
         seconds = time.monotonic() - self._begun
         polish = ", polish" if self._polish else ""
         return (

@@ -11,10 +11,10 @@ from hfc_design.reference.entries import CONTROLLER, PLANT, in_units, parts, uni
 
 
 def facts(design: Design) -> Json:
-    """A design in words and numbers: kind, plant, source, signals, units of a tree, keys."""
+    """Return the facts of a design: kind, plant, source, signals, fuzzy units of a tree, keys."""
     plant, record = design.plant, design.controller
     units = units_of(plant.name)
-    signals = followed_too(units) if units else {}  # of an own plant that is not known here: none
+    signals = followed_too(units) if units else {}  # none for a user's plant that is not loaded
     meanings = FOLLOWED | {x.key.rpartition(".")[2]: x.meaning for x in parts(PLANT, plant.name)}
     reads = design.kind.reads(record) if design.kind.reads else []
     return {
@@ -40,7 +40,7 @@ def facts(design: Design) -> Json:
 
 
 def _keys(design: Design, units: dict[str, str], signals: dict[str, str]) -> Iterator[Json]:
-    """Keys of the controller, with units and meanings."""
+    """Yield the keys of the controller, with values, units and meanings."""
     known = {x.key: x for x in parts(CONTROLLER, design.controller.kind) if x.part == "design"}
     for key, value in flat(design.controller.model_dump(mode="json")).items():
         if key in ("kind", "sample_time_s") or value is None:

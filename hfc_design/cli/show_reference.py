@@ -19,7 +19,7 @@ SCENARIOS = Path(__file__).parents[1] / "files" / "scenarios"
 
 
 def show(kind: str, name: str | None) -> Answer:
-    """``hfc show``: all things of a kind, or the thing ``name``.
+    """Return the output of ``hfc show``: all things of a kind, or the thing ``name``.
 
     Raises:
         UserError: there is nothing of that name.
@@ -39,7 +39,7 @@ def show(kind: str, name: str | None) -> Answer:
 
 
 def unlisted(kind: str, name: str) -> list[Entry]:
-    """Entries of a user's own part, which a scenario names and the reference lacks."""
+    """Return the entries of a user's own part; [] for a part that the reference contains."""
     return [] if name in _names(kind) else _plugin(kind, name)
 
 
@@ -48,13 +48,13 @@ def _names(kind: str) -> list[str]:
 
 
 def _plugin(kind: str, name: str) -> list[Entry]:
-    """Entries of a user's own part; UserError: there is none of that name."""
+    """Return the entries of a user's own part; UserError: there is none of that name."""
     if kind in ENTRY_POINTS and (":" in name or name in _plugins(kind)):
         from hfc_design.schema.collect import live
 
         return live(kind, name)
     known = _names(kind)
-    if kind == reference.METRIC:  # those of tables are of a plant's, with its units
+    if kind == reference.METRIC:  # the reference lists metrics of tables under each plant
         of_plants = {one.key: one for one in reference.entries() if one.part == reference.METRIC}
         if name in of_plants:
             return [of_plants[name]._replace(kind=kind, name=name, part="", key="")]
@@ -63,7 +63,7 @@ def _plugin(kind: str, name: str) -> list[Entry]:
 
 
 def _plugins(kind: str) -> list[str]:
-    """Names of parts that are not built in: those of installed packages, and those of --use."""
+    """Return the names of parts that are not built in: from --use and from installed packages."""
     if kind not in ENTRY_POINTS:
         return []
     group = GROUPS.get("fitness" if kind == "objective" else kind)
@@ -81,7 +81,7 @@ def _list(kind: str, entries: list[Entry]) -> Answer:
 
 
 def _keys(name: str) -> Answer:
-    """Show a key of any origin, or all keys of a table that every plant, kind and so on has."""
+    """Show a key, or all keys of a table; of keys that only some things have, name the things."""
     every = [
         one
         for one in reference.entries()
@@ -117,7 +117,7 @@ def _scenario(name: str) -> Answer:
 def _design(name: str) -> Answer:
     if name not in _names(reference.DESIGN) and not Path(name).exists():
         raise no_such("design", name, _names(reference.DESIGN))
-    from hfc_design.cli.show_design import facts  # with every kind of controller
+    from hfc_design.cli.show_design import facts  # imports every kind of controller
     from hfc_design.files.design import named_design
 
     record = facts(named_design(name))

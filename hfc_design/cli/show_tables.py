@@ -1,4 +1,4 @@
-"""Tables of ``hfc show`` and ``hfc list``, which fit 60 columns and more."""
+"""Tables of ``hfc show`` and ``hfc list``, for terminals of 60 columns or more."""
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
@@ -19,18 +19,18 @@ TITLES = {
     "signal": "signals that a controller can read, command and load",
     "metric": "metrics of a motion",
 }
-#: Parts that a user reads and never sets.
+#: Parts whose values a user reads and cannot set.
 READ = "signal", "metric"
 OF_PLANT = "error", "command", "load", "signal"
 WORDS = "error, command, load and signal in a unit: those of the plant, see hfc show plant NAME"
-#: Largest number of letters of a value in a table.
+#: Most characters of a list or table of a file that is shown as a value.
 LONGEST = 24
-#: Letters of a key in a line; a longer key is continued in the next line, after a dot.
+#: Most characters of a key in one line; a longer key continues in the next line, after a dot.
 KEY = 34
 
 
 def listed(kind: str, entries: Sequence[Entry]) -> Table:
-    """All things of a kind, a row each."""
+    """Return the table of all things of a kind, with a row for each."""
     if kind == "key":
         return _entries("", entries, "")
     return Table("", ("", ""), [[one.name, _with_unit(one)] for one in entries])
@@ -42,7 +42,7 @@ def _with_unit(one: Entry) -> str:
 
 
 def owners(entries: Iterable[Entry]) -> list[str]:
-    """Lines on the things that have more keys, and the commands that show these."""
+    """Return lines that name the things with keys of their own, and commands that show the keys."""
     named: dict[str, list[str]] = {}
     for kind, name in dict.fromkeys((one.kind, one.name) for one in entries):
         named.setdefault(kind, []).append(name)
@@ -51,7 +51,7 @@ def owners(entries: Iterable[Entry]) -> list[str]:
 
 
 def thing(every: Sequence[Entry]) -> Iterator[Table]:
-    """A thing and its parts."""
+    """Yield the tables of a thing and its parts; ``every``: its entry, then those of its parts."""
     head, *rest = every
     source = [f"source: {head.source}"] if head.source else []
     facts = [f"{one.key}: {one.meaning}" for one in rest if one.part == "fact"]
@@ -64,7 +64,7 @@ def thing(every: Sequence[Entry]) -> Iterator[Table]:
 
 
 def _table_of(one: Entry) -> str:
-    """The table of a file that contains a key; all settings of a thing are in one table."""
+    """Return the table of a file that contains a key; all settings of a thing are in one table."""
     if one.part not in ("parameter", "setting", "design"):
         return ""
     return one.key.rpartition(".")[0] if one.part == "parameter" else one.key.partition(".")[0]
@@ -85,7 +85,7 @@ def _entries(title: str, entries: Sequence[Entry], prefix: str) -> Table:
 
 
 def dotted(key: str) -> str:
-    """A key in lines of at most ``KEY`` letters, broken after dots so that no word is cut."""
+    """Return a key in lines of at most ``KEY`` characters, broken only after dots."""
     lines = [""]
     for word in re.findall(r"[^.]+\.?|\.", key):
         if lines[-1].strip() and len(lines[-1] + word) > KEY:
@@ -95,7 +95,7 @@ def dotted(key: str) -> str:
 
 
 def _without(one: Entry) -> str:
-    """Text in place of a missing default."""
+    """Return the text that stands in place of a missing default."""
     if one.part in READ:
         return one.unit
     unit = f"[{one.unit}]" if one.unit and one.unit != "1" else ""
@@ -103,7 +103,7 @@ def _without(one: Entry) -> str:
 
 
 def text_of(value: Plain, unit: str = "") -> str:
-    """A value with its unit, shortened."""
+    """Return the text of a value with its unit, shortened."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, list | dict) and not value:
@@ -118,7 +118,7 @@ def text_of(value: Plain, unit: str = "") -> str:
 def scenario(
     name: str, data: Json, entries: Sequence[Value], motions: Sequence[tuple[str, list[Value]]]
 ) -> Iterator[Table]:
-    """The values of a scenario, its defaults, and the values in each of its motions."""
+    """Yield the tables of a scenario: values in the file, values of each motion, defaults."""
     yield text(f"scenario {name}: {data.get('description', '')}".rstrip(": "))
     set_here = [
         (
@@ -143,7 +143,7 @@ def scenario(
 
 
 def _brief(value: Plain) -> str:
-    """A table of a motion as its kind and its numbers."""
+    """Return the text of a value of a motion; for a table its kind and its other values."""
     if not isinstance(value, dict):
         return text_of(value)
     rest = ", ".join(f"{key} {text_of(x)}" for key, x in value.items() if key != "kind")
@@ -151,7 +151,7 @@ def _brief(value: Plain) -> str:
 
 
 def design(record: Json) -> Iterator[Table]:
-    """The ``facts`` of a design."""
+    """Yield the tables of a design; ``record``: its ``show_design.facts``."""
     axes = f", axes {', '.join(record['axes'])}" if record["axes"] else ""
     limits = ", ".join(f"{key} {text_of(x)}" for key, x in flat(record["limits"]).items() if x)
     score = ", ".join(f"{key} {text_of(x)}" for key, x in record["score"].items())
@@ -174,7 +174,7 @@ def design(record: Json) -> Iterator[Table]:
 
 
 def plants() -> Iterator[Table]:
-    """Every plant, with signals and nominal machine of each of its drives once."""
+    """Yield texts and tables on all plants: signals and default parameters, once for each drive."""
     from hfc_design.files.machine import ALL_PLANTS
     from plants import Drive, machine_of  # which import JAX
 

@@ -95,7 +95,7 @@ def init(
 
 
 def _check_ranges(controller: str, plant: str, units: dict[str, str]) -> None:
-    """UserError: a search for such a controller has no ranges on the plant, in ``units``."""
+    """Check that a kind of controller has search ranges for a plant; UserError: it has none."""
     from hfc_design.controllers.gains import GainsSettings
     from hfc_design.controllers.kinds import KINDS
     from hfc_design.core.records import UserError

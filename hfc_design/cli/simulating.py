@@ -1,4 +1,4 @@
-"""Commands that simulate: score, simulate and train from one design; batch many, for report."""
+"""Commands that simulate: score, simulate and train with one design, batch with many runs."""
 
 from functools import partial
 from pathlib import Path
@@ -50,7 +50,7 @@ def score(
         raise refusal("--plot draws one scenario; name only one")
     if motion is not None:
         loops = loops._replace(scenarios=[where.motion(motion) for where in loops.scenarios])
-    for where in loops.scenarios:  # before the first one takes its time
+    for where in loops.scenarios:  # checks all before the first simulation
         machine(loops.design, where)
     for k, where in enumerate(loops.scenarios):
         if k and not as_json:
@@ -61,7 +61,7 @@ def score(
 
 
 def _show_kept(loops: Loops, k: int = 0, err: bool = False) -> None:
-    """Print the design's own settings that it keeps on another scenario than its own."""
+    """Print which of its own settings a design keeps on a scenario other than its own."""
     from hfc_design.files.transfer import transfer_report
 
     where = loops.scenarios[k]
@@ -96,7 +96,7 @@ def simulate(
         where = where.motion(motion)
         if motion is None and names[1:]:
             click.echo(f"motion {names[0]} of {', '.join(names)}: --motion names another", err=True)
-    if learned is not None:  # who does not adapt is told before it takes its time
+    if learned is not None:  # refuses a design that does not adapt, before the simulation
         Machine(design, where.plant.machine.axes).learned()
     evaluation = evaluate(design, where)
     for note in notes(where, {design.name: evaluation}):

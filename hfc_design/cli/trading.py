@@ -16,16 +16,16 @@ if TYPE_CHECKING:
 #: Default strategy of --pareto.
 PRESET = "nsga-ii"
 #: Strategy that searches the first design of a front; number of generations added for the front;
-#: share of the first search where ``--generations`` sets the sum.
+#: share of the generations for the first design, if ``--generations`` sets their total.
 LEADER, SPREAD, LED = "cma", 120, 0.75
 
 
 def trading(scenario: str, names: str, settings: dict[str, Any], changes: Texts) -> dict[str, Any]:
-    """Changes of a scenario for ``--pareto names``, with the ``settings`` of options.
+    """Return the changes of a scenario for ``--pareto names``, with the ``settings`` of options.
 
-    Population and generations of a scenario are meant for its own strategy; another one has its
-    own unless they are set. If that of the scenario is ``cma``, it first searches the design from
-    which the front begins.
+    Population and generations in a scenario are meant for its own strategy. Another strategy has
+    its own defaults, unless the user sets them. If the strategy of the scenario is ``cma``, it
+    first searches the design from which the front begins.
 
     Raises:
         UserError: the chosen strategy or the objectives are not possible.
@@ -38,7 +38,7 @@ def trading(scenario: str, names: str, settings: dict[str, Any], changes: Texts)
     try:
         check_names(each)
     except ValueError as error:
-        about = str(error).partition(":")[0]  # which has the room for all that there are
+        about = str(error).partition(":")[0]  # leaves room for all available names
         head = "--pareto" if about in each else f"--pareto {names}:"
         raise refusal(f"{head} {error}") from None
     search = load_scenario(scenario, changes).search
@@ -136,7 +136,7 @@ def pick(
 
 
 def numbers_of(option: str, text: str, example: str) -> dict[str, float | str]:
-    """Numbers, or texts with a unit, by their names; UserError: the text has another form."""
+    """Return name -> number, or text with a unit, from NAME=NUMBER,...; UserError: another form."""
     from hfc_design.core.numbers import number_or_none
 
     wanted: dict[str, float | str] = {}

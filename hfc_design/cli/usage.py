@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-#: Key of a context for the typed value of each parameter of the command.
+#: Key in ``meta`` of a context, for the typed value of each parameter of the command.
 TYPED = "hfc.typed"
 #: Metavar of an option that takes a key and its value.
 KEYED = re.compile(r"[A-Z]+=[A-Z]+")
@@ -17,10 +17,10 @@ NUMBERS = click.types.IntParamType, click.types.FloatParamType
 
 
 class Refusing(click.Command):
-    """A command that reports mistakes in a line."""
+    """A command that reports a user's mistake in a line and exits."""
 
     def make_context(self, *arguments: Any, **options: Any) -> click.Context:
-        """Read the arguments."""
+        """Parse the arguments; a mistake becomes a line on stderr and an exit code."""
         with as_lines():
             return super().make_context(*arguments, **options)
 
@@ -31,17 +31,17 @@ class Refusing(click.Command):
 
 
 class Plain(Refusing):
-    """A ``Refusing`` command that rejects repeated options: ours, or a script of its own."""
+    """A ``Refusing`` command that rejects repeated options: one of hfc, or of another script."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Check and parse the parameters."""
-        if not ctx.resilient_parsing:  # a shell asks what may follow
+        if not ctx.resilient_parsing:  # true if a shell asks for completions
             check_once(ctx, args)
         return super().parse_args(ctx, args)
 
 
 def refusal(text: str) -> Exception:
-    """A UserError with this line for a command line, imported late so that help is quick."""
+    """Return a UserError with this line; its class is imported late, so that help is quick."""
     from hfc_design.core.records import UserError
 
     return UserError(text)
@@ -63,7 +63,7 @@ def as_lines() -> Iterator[None]:
 
 def _tell(error: Exception) -> None:
     """Exit with lines for the user, unless ``error`` is a fault of the program."""
-    from hfc_design.core.interrupt import heard  # which help has no time for
+    from hfc_design.core.interrupt import heard  # late, so that help is quick
     from hfc_design.core.records import RunError, UserError
 
     if isinstance(error, click.UsageError):
@@ -75,16 +75,16 @@ def _tell(error: Exception) -> None:
         for line in error.lines:
             click.echo(f"hfc: {line}", err=True)
         sys.exit(error.exit_code)
-    heard()  # a library that is interrupted while it is imported may tell something else
+    heard()  # a library that Ctrl-C interrupts during its import may raise another error
 
 
 def check_once(ctx: click.Context, arguments: list[str]) -> None:
-    """Check that no single-valued option is given twice, no key twice, and that digits are plain.
+    """Check that no option with one value and no KEY=VALUE is repeated, and that numbers are plain.
 
-    Only the last one would count.
+    Of repeated values click would take only the last one, without a message.
 
     Raises:
-        click.UsageError: one is repeated, or the arguments cannot be read.
+        click.UsageError, UserError: one is repeated, or the arguments cannot be read.
     """
     try:
         typed, _, order = ctx.command.make_parser(ctx).parse_args([*arguments])
@@ -99,7 +99,7 @@ def check_once(ctx: click.Context, arguments: list[str]) -> None:
         if times > 1 and not (option.multiple or option.is_flag):
             raise click.UsageError(f"{name} must be given once (got it {times} times)", ctx)
         if isinstance(option.type, NUMBERS) and ("_" in values or not values.isascii()):
-            raise click.BadParameter("", ctx, option)  # int() and float() read these
+            raise click.BadParameter("", ctx, option)  # int() and float() would accept it
         if option.multiple and KEYED.fullmatch(option.metavar or ""):
             keys = Counter(text.partition("=")[0].strip() for text in values)
             key, most = keys.most_common(1)[0]
@@ -108,7 +108,7 @@ def check_once(ctx: click.Context, arguments: list[str]) -> None:
 
 
 def _line(error: click.UsageError) -> str:
-    """A mistake in a line, with the allowed values."""
+    """Return the line on a mistake, with the allowed values."""
     inner = error.ctx is not None and error.ctx.parent is not None
     command = str(error.ctx.info_name) if error.ctx and inner else ""
     if isinstance(error, click.MissingParameter) and error.param is not None:
@@ -130,13 +130,13 @@ def _line(error: click.UsageError) -> str:
 
         near = alternatives(map(repr, error.possibilities or ()))
         message = f"no such option {error.option_name!r}{near and f'; did you mean {near}?'}"
-    if not message[1:2].isupper():  # a name
+    if not message[1:2].isupper():  # else it begins with a name
         message = message[:1].lower() + message[1:]
     return f"{command}: {message}" if command else message
 
 
 def _allowed(kind: Any, typed: str) -> str:
-    """Allowed values of a kind of parameter; "" if the mistake states them itself."""
+    """Return the allowed values of a type of parameter; "" if click's message states them."""
     if isinstance(kind, click.Choice):
         from hfc_design.core.wording import one_of
 

@@ -1,1 +1,1 @@
-"""Code generation for laws and drives: recorded once, printed in any language."""
+"""Code generation for laws and drives: they are recorded once, and printed in any language."""

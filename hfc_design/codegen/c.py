@@ -63,7 +63,7 @@ class C(Language):
 
     def __init__(self, reserved: Iterable[str], places: Mapping[str, str]) -> None:
         super().__init__((*OWN, *reserved))
-        self.elsewhere = places  # of inputs that are no members of ``inputs``
+        self.elsewhere = places  # C expressions of inputs that are not members of ``inputs``
 
     def leaf(self, node: Node, name: str) -> str:
         if node.op == "input" and name in self.elsewhere:
@@ -98,7 +98,7 @@ class C(Language):
         return [first, "if (!(overflow <= 0)) {", "    return overflow;", "}"]
 
     def part(self, array: str, place: str) -> str:
-        """Return an array from an index on."""
+        """Return the part of an array that begins at the index ``place``."""
         return f"{array} + {place}"
 
     def called(self, printer: Printer, item: Call) -> Iterator[str]:
@@ -117,7 +117,7 @@ class C(Language):
         yield from self.calls(self.names.of(item.function), args, numbers)
 
     def calls(self, name: str, args: list[str], results: list[tuple[str, str]]) -> Iterator[str]:
-        """Yield a call that returns numbers, several of them through pointers."""
+        """Yield the lines of a call; a single result is returned, several come through pointers."""
         if len(results) == 1:
             yield self.form("named", *results[0], value=f"{name}({', '.join(args)})")
             return
@@ -141,7 +141,7 @@ class C(Language):
         return "\n".join(self.folded([*comment, head, "{", *lines, *ends, "}", ""]))
 
     def parameter(self, x: Node | Storage, name: str) -> str:
-        """Return a function's parameter; an array that the function does not change is constant."""
+        """Return the declaration of a parameter; an array that does not change is ``const``."""
         if isinstance(x, Node):
             return f"{TYPES[x.type]} {name}"
         fixed = "" if x.version or x.kind == "result" else "const "
@@ -171,9 +171,9 @@ class C(Language):
 def program(
     recording: Recorded, reserved: Iterable[str] = (), places: Mapping[str, str] | None = None
 ) -> Printed:
-    """Print a controller in C99; no name in it is ``reserved``.
+    """Return the code of a controller in C99; none of its names is ``reserved``.
 
-    ``places`` are the C expressions of inputs, by name, that are not members of ``inputs``.
+    ``places``: name of an input that is not a member of ``inputs`` -> its C expression.
     """
     parts = printed(recording, C(reserved, places or {}))
     state = []
@@ -190,7 +190,7 @@ def program(
 
 
 def _begin(fields: list[Field], count: int, starts: dict[str, str]) -> list[str]:
-    """Return the lines that set fields of one size."""
+    """Return the lines that set ``fields`` of equal size to their start values."""
     if not fields[0].shape:
         return [f"state->{field.name} = {_plain(field.start[0])};" for field in fields]
     first = {
@@ -205,7 +205,7 @@ def _plain(x: float) -> str:
 
 
 def _bare(text: str) -> str:
-    """Return an expression without brackets around the whole of it."""
+    """Return an expression without the brackets that enclose all of it, if it has any."""
     if not (text.startswith("(") and text.endswith(")")):
         return text
     depth = 0

@@ -1,4 +1,4 @@
-"""Printer of recorded functions: which numbers are named, which statements count, in which order.
+"""Printer of recorded functions: it decides which numbers get a name and which lines are printed.
 
 How a language writes a number, an operation or a loop is in ``language``; this module is the same
 for all languages.
@@ -21,7 +21,7 @@ from hfc_design.codegen.nodes import (
 )
 from hfc_design.codegen.recorder import Recorder
 
-#: Precedence of the operators.
+#: Levels of precedence, from the lowest to the highest, and the level of each operation.
 CHOICE, OR, AND, EQUAL, ORDER, SUM, PRODUCT, SIGN, ATOM = range(9)
 BINDING = {"?": CHOICE, "or": OR, "and": AND, "==": EQUAL, "!=": EQUAL, "+": SUM, "-": SUM}
 BINDING |= dict.fromkeys(("<", "<=", ">", ">="), ORDER) | {"*": PRODUCT, "/": PRODUCT}
@@ -36,10 +36,10 @@ class Names:
         self.fold, self.around = fold, around
         self.given: dict[object, str] = {}
         self.taken = {self.folded(name) for name in taken}
-        self.used: set[object] = set()  # what the text has of what every function sees
+        self.used: set[object] = set()  # things whose names the text contains
 
     def of(self, thing: Any, wish: str = "") -> str:
-        """Return the name of an object; those outside of all functions have one name in each."""
+        """Return the name of a thing; tables, functions and numbers have one name everywhere."""
         home = self.around if self.around and _everywhere(thing) else self
         if thing not in home.given:
             name = home.given[thing] = self.fresh(wish or thing.name or "part")
@@ -47,7 +47,7 @@ class Names:
         return home.given[thing]
 
     def fresh(self, wish: str) -> str:
-        """Return a new unique name."""
+        """Return a name that nothing else has: ``wish``, or one that is similar."""
         first = re.sub("_+", "_", re.sub("[^A-Za-z0-9_]", "_", wish)).strip("_") or "part"
         first = first if first[0].isalpha() else f"part_{first}"
         taken = [self.taken, self.around.taken if self.around else ()]
@@ -59,7 +59,7 @@ class Names:
         return name
 
     def folded(self, name: str) -> str:
-        """Return a name as the language compares names."""
+        """Return a name as the language compares it: in lower case if it ignores case."""
         return name.casefold() if self.fold else name
 
 
@@ -84,7 +84,7 @@ class Syntax(Protocol):
 
 
 class Printer:
-    """Printer of one function: its live statements, and its lines."""
+    """Printer of one function: it finds the statements that are needed, and prints them."""
 
     def __init__(
         self,
@@ -97,12 +97,12 @@ class Printer:
         self.trace, self.syntax = trace, syntax
         self.names = Names((), syntax.fold, around)
         self.alive, self.uses = counted(trace, roots, *others)
-        self.bound: set[Node] = {*trace.bound}  # that get a name even where they are used once
-        self.done: set[Node] = set()  # what was printed already
-        self.commented: set[str] = set()  # comments likewise
+        self.bound: set[Node] = {*trace.bound}  # they get a name even if they are used once
+        self.done: set[Node] = set()  # nodes that were printed already
+        self.commented: set[str] = set()  # comments that were printed already
 
     def inlined(self, node: Node) -> bool:
-        """True if a node is printed where it is used."""
+        """True if a node is printed within the expression that uses it, without a name."""
         if node in self.bound or node.op in self.syntax.chooses:
             return False
         uses = self.uses.get(node, [])
@@ -116,7 +116,7 @@ class Printer:
         return once and not node.name
 
     def name(self, thing: Any, wish: str = "") -> str:
-        """Return the name of a number, an array or a function."""
+        """Return the name of a number, an array or a function, and note that it is used."""
         if self.names.around:
             self.names.around.used.add(thing)
         return self.names.of(thing, wish)
@@ -141,7 +141,7 @@ class Printer:
         return not (isinstance(item, Node) and self.inlined(item))
 
     def first(self, values: Iterable[Any], indent: str = "    ") -> Iterator[str]:
-        """Yield the lines of everything that ``values`` need, before all other lines."""
+        """Yield the lines of all nodes that ``values`` depend on; they precede all other lines."""
         needed: set[Node] = set()
         pending = [*values]
         while pending:
@@ -155,9 +155,9 @@ class Printer:
                 yield from (indent + line for line in self.syntax.statement(self, node))
 
     def text(self, value: Any, outer: int = CHOICE, kind: str = "") -> str:
-        """Return an expression, in brackets if it binds less than ``outer``, that around it.
+        """Return the text of a value, in brackets if its precedence is lower than ``outer``.
 
-        ``kind`` is the type of the numbers around it.
+        The text is converted to the type ``kind``, that of the expression around it; "": any type.
         """
         if not isinstance(value, Node):
             text = self.syntax.literal(value, kind == REAL)
@@ -193,7 +193,7 @@ def _least(op: str, k: int) -> int:
     """Return the precedence that operand ``k`` of an operation needs to stand without brackets."""
     binding = BINDING.get(op, CHOICE)
     if op in ("and", "or"):
-        return ORDER  # no language is asked which of them comes first
+        return ORDER  # an inner ``and`` or ``or`` always gets brackets
     if op in ("==", "!=", "<", "<=", ">", ">="):
         return SUM
     return binding if op in ("+", "-", "*", "/") and not k else binding + 1

@@ -83,7 +83,7 @@ class JavaScript(C):
 
 
 def program(recording: Recorded, reserved: Iterable[str] = ()) -> Printed:
-    """Print a law as a module; ``init`` are the members of the object that holds its memory."""
+    """Return the code of a law as a module; ``init`` are the members of the memory's object."""
     parts = printed(recording, JavaScript((*OWN, *reserved), {}))
     init = ["started: false,"] if recording.started else []
     for field in recording.fields:

@@ -1,7 +1,7 @@
 """Conversion of functions written for JAX to nodes, through their jaxpr, operation by operation.
 
-It generates code for drives, which are functions of scalars on ``jax.numpy``, and for laws that
-call JAX.
+It makes code generation possible for drives, which are functions of scalars on ``jax.numpy``, and
+for laws that call JAX.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,7 +15,7 @@ from hfc_design.codegen.nodes import INNER as OWN
 from hfc_design.codegen.nodes import REAL, Array, Node, TraceError, kind_of
 from hfc_design.codegen.recorder import Recorder
 
-#: Operation in JAX -> operation of nodes, differently named ones first.
+#: Operation in JAX -> operation of nodes; first those that have different names.
 OPERATIONS = {
     "add": "+",
     "sub": "-",
@@ -54,7 +54,7 @@ FEW = 4
 
 
 def traced(trace: Recorder, function: Callable[..., Any], *arguments: Any) -> Any:
-    """Return the result of a function of JAX for trees of nodes and numbers.
+    """Return the result of a function written for JAX; arguments are trees of nodes and numbers.
 
     Raises:
         TraceError: the function does something that no code can be generated for; the message names
@@ -94,7 +94,7 @@ def _evaluated(
 
 
 def _place(equation: Any) -> str:
-    """Return file and line of the user's code of an equation; "" if JAX did not keep them."""
+    """Return file and line of the code that made an equation; "" if JAX did not keep them."""
     frames = getattr(equation.source_info.traceback, "frames", ())
     others = (one for one in frames if not one.file_name.startswith(BETWEEN))
     return next((f"{one.file_name}:{one.line_num}" for one in others), "")
@@ -106,7 +106,7 @@ def _number(value: Any) -> Any:
 
 
 def _done(trace: Recorder, equation: Any, given: list[Any]) -> list[Any]:
-    """Return the results of an equation for nodes and numbers."""
+    """Record an equation of a jaxpr with the operands ``given``, and return its results."""
     name, params = equation.primitive.name, equation.params
     if name not in INNER and _large(equation):
         raise TraceError(f"calls {name} of arrays, which cannot be exported; write it in scalars")
@@ -141,7 +141,7 @@ def _power(made: Callable[..., Any], x: Any, power: int) -> Any:
     return product if power > 0 else made("/", 1.0, product)
 
 
-#: Other operations, as functions of (made, parameters, arguments).
+#: Other operations -> functions of (``Recorder.made``, parameters, operands) that record them.
 OTHERS: dict[str, Callable[..., Any]] = {
     "sign": lambda made, params, x: made(
         "?", made(">", x, 0.0), 1.0, made("?", made("<", x, 0.0), -1.0, 0.0)

@@ -22,31 +22,31 @@ from hfc_design.codegen.recorded import Recorded
 
 
 class Language(ABC):
-    """Output language of a law: of C's family, or without functions (``flat``)."""
+    """Language in which laws are printed; it has functions, or needs ``flat`` recordings."""
 
-    fold = False  # whether upper and lower case are alike
-    chooses: frozenset[str] = frozenset()  # operations that are statements of their own
-    types: Mapping[str, str] = dict.fromkeys(("real", "whole", "truth"), "")  # of ``nodes``
-    places: Mapping[str, str] = {}  # what stands before inputs and what is remembered
-    functions: Mapping[str, str] = {}  # operation -> the function that does it
-    words: Mapping[str, str] = {}  # operation -> how it is written
-    #: Forms of statements: a constant value, a variable, an assignment, an array within a sample,
-    #: a number of the design, and the heads of a loop and of a branch.
+    fold = False  # True if names do not differ by upper and lower case
+    chooses: frozenset[str] = frozenset()  # operations printed as statements, not in expressions
+    types: Mapping[str, str] = dict.fromkeys(("real", "whole", "truth"), "")  # type -> its name
+    places: Mapping[str, str] = {}  # "input" or "state" -> what is printed before its name
+    functions: Mapping[str, str] = {}  # operation -> function that computes it
+    words: Mapping[str, str] = {}  # operation -> operator, if it differs from the operation
+    #: Templates: a named value, a variable, an assignment, the declaration of a local array, a
+    #: number of the design, and the first lines of a loop and of a branch.
     forms: ClassVar[Mapping[str, str]]
     end: ClassVar[Mapping[type, str]] = {Loop: "}", Branch: "}"}
-    helpers_of: ClassVar[Mapping[str, str]] = {}  # functions of the language's own
+    helpers_of: ClassVar[Mapping[str, str]] = {}  # name -> definition of a function to print
 
     def __init__(self, reserved: Iterable[str]) -> None:
         self.helpers: dict[str, None] = {}
         self.library: dict[str, None] = {}
-        self.declared: dict[str, tuple[str, int]] = {}  # name -> type, and size of an array
+        self.declared: dict[str, tuple[str, int]] = {}  # name -> (type, size of an array or 0)
         self.names = Names(reserved, self.fold)
 
-    # What each has to say.
+    # Methods that every language defines.
 
     @abstractmethod
     def literal(self, value: float | bool, real: bool) -> str:
-        """Return a number of the law; ``real``: among real numbers."""
+        """Return the text of a number; ``real`` is true if it is among real numbers."""
 
     @abstractmethod
     def comment(self, text: str) -> list[str]:
@@ -54,15 +54,15 @@ class Language(ABC):
 
     @abstractmethod
     def checked(self, text: Callable[..., str], doubtful: list[Any]) -> list[str]:
-        """Return lines of code that return early if any of ``doubtful`` is not finite."""
+        """Return lines that end the sample if any of ``doubtful`` (see ``text``) is not finite."""
 
     @abstractmethod
     def constants(
         self, name: str, kind: str, shape: tuple[int, ...], numbers: Sequence[float]
     ) -> str:
-        """Return a table of constants, one row per line."""
+        """Return the definition of a table of constants, one row per line."""
 
-    # What only those with functions are asked for.
+    # Methods that only languages with functions define.
 
     def called(self, printer: Printer, item: Call) -> Iterator[str]:
         """Yield the lines of a call."""
@@ -72,10 +72,10 @@ class Language(ABC):
         """Return the definition of a function."""
         raise NotImplementedError
 
-    # What most write alike.
+    # Methods that most languages share.
 
     def leaf(self, node: Node, name: str) -> str:
-        """Return a number from outside, or a variable."""
+        """Return the text of a number from outside, such as an input, or of a variable."""
         return self.places.get(node.op, "") + name
 
     def array(self, storage: Storage, name: str) -> str:
@@ -83,11 +83,11 @@ class Language(ABC):
         return self.places["state"] + storage.name if storage.kind == "state" else name
 
     def element(self, storage: Storage, name: str, place: str) -> str:
-        """Return a number of an array; arrays are flat."""
+        """Return the text of a number of an array; arrays have one dimension."""
         return f"{self.array(storage, name)}[{place}]"
 
     def operation(self, op: str, parts: list[str], node: Node) -> str:
-        """Return an operation on its operands, in brackets where they need some."""
+        """Return the text of an operation on ``parts``, the texts of its operands."""
         if op in self.functions:
             name = self.functions[op]
             if name in self.helpers_of:
@@ -100,7 +100,7 @@ class Language(ABC):
         return f"{parts[0]} {self.words.get(op, op)} {parts[1]}"
 
     def value(self, printer: Printer, node: Node) -> Iterator[str]:
-        """Yield the lines of a number that has a name."""
+        """Yield the lines that compute a number and give it a name."""
         yield self.form("named", node.type, printer.name(node), value=printer.expression(node))
 
     def counter(self, printer: Printer, item: Loop) -> str:
@@ -112,12 +112,12 @@ class Language(ABC):
         return self.forms["constant"].format(name=name, value=value)
 
     def form(self, form: str, kind: str, name: str, size: int = 0, **parts: Any) -> str:
-        """Return a statement that introduces a name: a value, an array of a size, a counter."""
+        """Return a statement from ``forms`` that introduces a name, which is noted as declared."""
         self.declared[name] = kind, size
         return self.forms[form].format(type=self.types[kind], name=name, size=size, **parts)
 
     def folded(self, lines: Iterable[str]) -> list[str]:
-        """Return lines of limited width."""
+        """Return the lines, folded to a limited width."""
         return folded(lines)
 
     def rows(self, kind: str, shape: tuple[int, ...], numbers: Sequence[float]) -> list[str]:
@@ -131,7 +131,7 @@ class Language(ABC):
         return self.forms["assigned"].format(name=place, value=value)
 
     def statement(self, printer: Printer, item: Any) -> Iterator[str]:
-        """Yield the lines of a declaration or of a statement."""
+        """Yield the lines of an item of a block: a node, a declaration or a statement."""
         text, name = printer.text, printer.name
         if isinstance(item, Node):
             yield from self.value(printer, item)
@@ -170,17 +170,17 @@ class Printed(NamedTuple):
     helpers: list[str]
     constants: list[str]
     functions: list[str]
-    law: list[str]  # what is done in a sample
-    commands: list[str]  # of each axis
-    starts: dict[str, str]  # name of an array that is remembered -> of what it starts from
-    library: list[str]  # functions of the language's mathematics
-    stateless: bool
-    state: list[str] = []  # members, where the language declares them
-    init: list[str] = []
+    law: list[str]  # statements of a sample
+    commands: list[str]  # expression of the command of each axis
+    starts: dict[str, str]  # name of an array in memory -> name of the table of its start values
+    library: list[str]  # mathematical functions of the language that the code calls
+    stateless: bool  # True if a sample does not use the memory
+    state: list[str] = []  # declarations of the memory, if the language has them
+    init: list[str] = []  # lines that set the memory to its start values
 
 
 def printed(recording: Recorded, syntax: Language) -> Printed:
-    """Print a law in a language."""
+    """Return the code of a recorded law in the language ``syntax``."""
     functions = [*recording.trace.functions.values()]
     roots = [*recording.commands, *recording.doubtful]
     printer = Printer(recording.trace, syntax, roots, syntax.names, recording.after)
@@ -215,7 +215,7 @@ def printed(recording: Recorded, syntax: Language) -> Printed:
 
 
 def _constants(recording: Recorded, syntax: Language) -> tuple[list[str], dict[str, str]]:
-    """Return the lines of all constants, and the names of the arrays' initial values."""
+    """Return the definitions of all constants, and ``Printed.starts``."""
     names, starts = syntax.names.of, {}
     used = [x for x in recording.trace.tables.values() if x in syntax.names.used]
     lines = [syntax.constants(names(x), x.type, x.shape, x.numbers) for x in used]
@@ -230,7 +230,7 @@ def _constants(recording: Recorded, syntax: Language) -> tuple[list[str], dict[s
 
 
 def larger(condition: Any, a: Any, b: Any) -> bool:
-    """True if a choice selects the larger of two numbers."""
+    """True if a choice of ``a`` or ``b`` by ``condition`` gives the larger one: it is a > b."""
     if not isinstance(condition, Node) or condition.op != ">":
         return False
 

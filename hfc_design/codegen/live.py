@@ -24,10 +24,10 @@ LEAVES = frozenset(("input", "state", "number", "parameter", "index", "variable"
 def counted(
     trace: Recorder, roots: Iterable[Any], *others: Block
 ) -> tuple[set[int], dict[Node, list[Block]]]:
-    """Return identities of live nodes, arrays and statements, and the blocks that use each node.
+    """Return the ids of live nodes, arrays and statements, and the blocks that use each node.
 
-    ``roots`` are live, and so is everything that writes to memory that outlives the function;
-    ``others`` are blocks beside that of the function.
+    Live are ``roots``, writes to memory that outlives the function, and whatever these need.
+    ``others`` are blocks besides that of the function.
     """
     owners, writers = _written((trace.root, *others))
     alive: set[int] = set()
@@ -60,7 +60,7 @@ def counted(
 def _written(
     blocks: Iterable[Block],
 ) -> tuple[dict[Block, tuple[Statement, Block]], dict[Any, list[tuple[Statement, Block]]]]:
-    """Return the statement of each inner block, and the writers of each array or variable."""
+    """Return the loop or branch of each inner block, and the writers of each array or variable."""
     owners: dict[Block, tuple[Statement, Block]] = {}
     writers: dict[Any, list[tuple[Statement, Block]]] = {}
     pending = [*blocks]

@@ -40,7 +40,7 @@ class Matlab(Language):
     def operation(self, op: str, parts: list[str], node: Node) -> str:
         if op.startswith("as "):
             return parts[0] if node.type == WHOLE else f"double({parts[0]})"
-        if op == "rint":  # halves to the even one
+        if op == "rint":  # to the nearest whole number, a half to the even one
             return f"(floor({parts[0]} + 0.5) - (mod({parts[0]}, 2) == 0.5))"
         if op == "whole":
             return f"floor(max({parts[0]}, 0))"
@@ -91,7 +91,7 @@ class Matlab(Language):
 
 
 def program(recording: Recorded, reserved: Iterable[str] = ()) -> Printed:
-    """Print a law as a function; ``init`` are the fields of its memory."""
+    """Return the code of a law as a function; ``init`` are the lines that set its memory."""
     parts = printed(recording, Matlab((*OWN, *reserved)))
     init = ["state.started = false;"] if recording.started else []
     for field in recording.fields:

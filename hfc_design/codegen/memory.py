@@ -11,7 +11,7 @@ from hfc_design.codegen.trace import Trace
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Memory
 
-#: Memory that is a single number or a single array.
+#: Name of a memory that is a single number or a single array.
 ALL = "memory"
 
 
@@ -19,9 +19,9 @@ class Field(NamedTuple):
     """Part of a controller's memory under one name."""
 
     name: str
-    shape: tuple[int, ...]  # () of a number
-    start: list[float]  # before the first sample
-    holds: Node | Storage
+    shape: tuple[int, ...]  # () for a single number
+    start: list[float]  # values before the first sample, row after row
+    holds: Node | Storage  # its place in the recording
 
     @property
     def size(self) -> int:
@@ -30,11 +30,11 @@ class Field(NamedTuple):
 
 
 class Axes(dict[str, Any]):
-    """Memories of the axes of a machine by name, in place of the controller's tuple."""
+    """Memories of the axes of a machine by name; they replace a tuple in the axes' order."""
 
 
 def by_axis(memory: Memory, axes: tuple[str, ...]) -> Memory:
-    """Replace tuples in the order of the axes by mappings with the axes' names."""
+    """Return a memory in which ``Axes`` replace each tuple with one element per axis."""
     if hasattr(memory, "_fields"):
         return type(memory)(*(by_axis(one, axes) for one in memory))
     if isinstance(memory, tuple) and len(memory) == len(axes) and not numeric(memory):
@@ -43,7 +43,7 @@ def by_axis(memory: Memory, axes: tuple[str, ...]) -> Memory:
 
 
 def like(before: Memory, after: Memory) -> Memory:
-    """Return the controller's memory ``after``, with names of axes where ``before`` has them."""
+    """Return the memory ``after``, with ``Axes`` instead of tuples where ``before`` has them."""
     if isinstance(before, Axes):
         pairs = zip(before.items(), after, strict=True)
         return Axes({key: like(one, its) for (key, one), its in pairs})
@@ -53,7 +53,7 @@ def like(before: Memory, after: Memory) -> Memory:
 
 
 def in_order(memory: Memory) -> Memory:
-    """Replace mappings with the axes' names by tuples again."""
+    """Return a memory in which tuples replace ``Axes`` again, as the controller reads it."""
     if hasattr(memory, "_fields"):
         return type(memory)(*map(in_order, memory))
     return tuple(memory.values()) if isinstance(memory, Axes) else memory
@@ -72,9 +72,9 @@ def parts(memory: Memory, name: str) -> dict[str, Memory] | None:
 def mapped(
     function: Callable[..., Memory], memory: Memory, *others: Memory, name: str = ""
 ) -> Memory:
-    """Apply ``function(name, part, ...)`` to each part of a memory, with the same part of others.
+    """Return a memory of the results of ``function(name, part, same part of the others, ...)``.
 
-    Records and mappings are taken apart if all memories have them in that place.
+    Records and mappings are divided into parts where all memories have them.
     """
     inside = [parts(one, name) for one in (memory, *others)]
     known = [one for one in inside if one is not None]
@@ -88,14 +88,14 @@ def mapped(
 
 
 def things(memory: Memory, *others: Memory) -> list[tuple[Any, ...]]:
-    """Return (name, part, ...) for each part of a memory, with the same parts of the others."""
+    """Return (name, part, same part of the others, ...) for each part of a memory."""
     listed: list[tuple[Any, ...]] = []
     mapped(lambda *one: listed.append(one), memory, *others)
     return listed
 
 
 def numeric(rows: Any) -> bool:
-    """True if rows of equal lengths hold nothing but numbers."""
+    """True for a number, and for rows of equal lengths that contain only numbers."""
     if not isinstance(rows, list | tuple) or hasattr(rows, "_fields"):
         return isinstance(rows, float | int) and not isinstance(rows, bool)
     lengths = {len(row) if isinstance(row, list | tuple) else -1 for row in rows}
@@ -103,7 +103,7 @@ def numeric(rows: Any) -> bool:
 
 
 def numbers_of(memory: Memory) -> dict[str, list[float]]:
-    """Return the numbers of a memory by their names in code."""
+    """Return the numbers of a memory by their names in code, row after row."""
     each = things(memory)
     return {name: np.ravel(x).tolist() for name, x in each if numeric(x) and np.size(x)}
 
@@ -118,7 +118,7 @@ def filled(memory: Memory, numbers: dict[str, list[float]]) -> Memory:
 
 
 def remembered(trace: Trace, memory: Memory, fields: list[Field], fixed: set[str]) -> Memory:
-    """Return a memory whose numbers are those of the code's state, apart from ``fixed`` ones."""
+    """Return a memory of the code's state, listed in ``fields``; ``fixed`` names stay numbers."""
 
     def stored(name: str, x: Any) -> Memory:
         if isinstance(x, list | tuple) and x and numeric(x):
@@ -141,7 +141,7 @@ def merged(choose: Callable[[Any, Any], Memory], memory: Memory, first: Memory) 
 
 
 def since(trace: Trace, started: Node, memory: Memory, first: Memory) -> Memory:
-    """Return the memory, or the memory of a first sample if there was none before."""
+    """Return ``memory`` if ``started`` is true, else ``first``, the memory of a first sample."""
 
     def chosen(memory: Any, first: Any) -> Memory:
         if isinstance(memory, Node):
@@ -154,13 +154,13 @@ def since(trace: Trace, started: Node, memory: Memory, first: Memory) -> Memory:
 
 
 def leaves(memory: Memory, after: Memory) -> list[tuple[Any, Any]]:
-    """Return numbers and arrays of a memory, each with its counterpart in ``after``."""
+    """Return pairs of a node or array of a memory and its counterpart in ``after``."""
     pairs = (pair for _, *pair in things(memory, after))
     return [(leaf, x) for leaf, x in pairs if isinstance(leaf, Node | Array)]
 
 
 def computed(trace: Trace, after: Memory) -> Iterator[Any]:
-    """Yield the computed numbers of a memory; those of an array as their sum."""
+    """Yield the computed numbers of a memory; of an array a sum, finite only if all numbers are."""
     if (inside := parts(after, "")) is not None:
         after = [*inside.values()]
     if isinstance(after, Node):

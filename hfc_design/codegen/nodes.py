@@ -1,6 +1,6 @@
 """Elements of a recorded law: numbers, arrays, and statements in blocks. Never imports JAX.
 
-Equal expressions are one node, in the outermost block in which all its operands are known. Arrays
+Equal expressions are one node, in the outermost block in which all their operands are known. Arrays
 are stored row after row, because every language has arrays of one dimension.
 """
 
@@ -21,7 +21,7 @@ INNER = (str(Path(__file__).parent), str(Path(__file__).parents[1] / "core"))
 
 
 class TraceError(UserError):
-    """Law that no code can be generated for; the message begins with the law's file and line."""
+    """Error: a law for which no code can be generated; it begins with the law's file and line."""
 
     placed = False
 
@@ -45,7 +45,7 @@ def refusal(what: str) -> TraceError:
 class Tape(Protocol):
     """Recording that nodes and arrays belong to: a ``recorder.Recorder``."""
 
-    running: Any  # that of the function that is being recorded
+    running: Any  # recording of the function that runs now
     block: Any
     bound: set["Node"]
 
@@ -53,10 +53,10 @@ class Tape(Protocol):
         """Return the node of an operation."""
 
     def read(self, storage: "Storage", place: Any) -> "Node":
-        """Return a number of an array in memory."""
+        """Return the node of a number of an array in memory, from its index."""
 
     def write(self, put: Any) -> Any:
-        """Return an array with some numbers replaced."""
+        """Write the changes of a ``Put``, and return the array after them."""
 
 
 class Block:
@@ -77,7 +77,7 @@ class Block:
 
 
 def _operator(op: str) -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """Return the operator methods of ``Node`` with the node at the left and at the right."""
+    """Return two methods of ``Node`` for an operator: with the node at the left, at the right."""
     return (
         lambda self, other: self.block.trace.made(op, self, other),
         lambda self, other: self.block.trace.made(op, other, self),
@@ -92,7 +92,7 @@ class Node:
     def __init__(self, block: Block, op: str, args: tuple[Any, ...], kind: str, number: int):
         self.block, self.op, self.args, self.type, self.number = block, op, args, kind, number
         self.name = ""
-        #: Value that is known before run time, for numbers of a design.
+        #: Value of a number that is known before run time, such as one of a design; else None.
         self.value: float | bool | None = None
 
     def __repr__(self) -> str:
@@ -153,13 +153,13 @@ class Node:
 
 
 class Storage:
-    """Numbers beside each other in memory, under one name."""
+    """Array in memory: numbers one after the other, under one name."""
 
     def __init__(self, kind: str, name: str, shape: tuple[int, ...], type_: str = REAL):
-        self.kind = kind  # table, state, local or parameter
+        self.kind = kind  # table, state, local, parameter or result
         self.name, self.shape, self.type = name, shape, type_
-        self.numbers: list[float] = []  # of a table
-        self.version = 0  # how often it was written to
+        self.numbers: list[float] = []  # values, if it is a table
+        self.version = 0  # number of times that it was changed
 
     @property
     def size(self) -> int:
@@ -195,7 +195,7 @@ class Array:
             return Lazy(self.trace, shape, lambda k: self[k * step + begin])
         if isinstance(place, int):
             if not -len(self) <= place < len(self):
-                raise IndexError(place)  # which ends a loop of Python's
+                raise IndexError(place)  # ends a loop of Python over it
             place %= len(self)
         return self.element((place,)) if len(self.shape) == 1 else Row(self, place)
 
@@ -212,12 +212,12 @@ class Row(Array):
         return self.whole.flat(self.place * math.prod(self.shape) + place)
 
     def element(self, places: tuple[Any, ...]) -> Any:
-        """Return the number at an index of the row."""
+        """Return the number at an index for each dimension of the row."""
         return self.whole.element((self.place, *places))
 
 
 class Stored(Array):
-    """Array in memory, as it is after the last write."""
+    """Array in memory, as it is when this object is made; reads after a later write are refused."""
 
     def __init__(self, trace: "Tape", storage: Storage):
         self.trace, self.storage, self.shape = trace, storage, storage.shape
@@ -237,7 +237,7 @@ class Lazy(Array):
         self.trace, self.shape, self.function = trace, shape, function
 
     def element(self, places: tuple[Any, ...]) -> Any:
-        """Return the result of the function for an index."""
+        """Return the number at an index for each dimension, a result of the function."""
         value = self.function(places[0])
         for place in places[1:]:
             value = value[place]
@@ -245,7 +245,7 @@ class Lazy(Array):
 
 
 class Each(Array):
-    """Array of the results of a function for the numbers at the same index of other arrays."""
+    """Array of the results of a function for the numbers at the same index of several arrays."""
 
     def __init__(self, trace: "Tape", function: Callable[..., Any], tables: list[Any]):
         self.trace, self.shape, self.function = trace, tables[0].shape, function
@@ -263,10 +263,10 @@ class Each(Array):
 
 
 class Put(Array):
-    """Array in memory with some numbers replaced: as soon as they are read, or at the end."""
+    """Array in memory with some numbers replaced, which is done when it is read or at the end."""
 
     def __init__(self, base: Stored, changes: list[tuple[Any, Any]]):
-        self.base, self.changes = base, changes  # place in memory, value
+        self.base, self.changes = base, changes  # changes: (index in memory, new number)
         self.trace, self.shape = base.trace, base.shape
         self.written: Stored | None = None
 
@@ -278,7 +278,7 @@ class Put(Array):
 
 
 def flat(places: tuple[Any, ...], shape: tuple[int, ...]) -> Any:
-    """Return the index in memory of the number at ``places``."""
+    """Return the index in memory of the number at ``places``, an index for each dimension."""
     index = places[0]
     for place, size in zip(places[1:], shape[1:], strict=True):
         index = index * size + place
@@ -286,13 +286,13 @@ def flat(places: tuple[Any, ...], shape: tuple[int, ...]) -> Any:
 
 
 class Comment(NamedTuple):
-    """Comment on the statements after it: the first line of a docstring of the law."""
+    """Comment before some statements: the first paragraph of a docstring of the law."""
 
     text: str
 
 
 class Loop(NamedTuple):
-    """Loop that runs a block with ``counter`` from ``low`` to before ``high``."""
+    """Loop that runs a block with ``counter`` from ``low`` to ``high`` - 1."""
 
     counter: Node
     low: Any
@@ -316,9 +316,9 @@ class Assign(NamedTuple):
 
 
 class Store(NamedTuple):
-    """Write of a number to an array."""
+    """Write of a number to an array, or to a single number in memory."""
 
-    storage: "Storage | Node"  # a node of a single number that is remembered
+    storage: "Storage | Node"  # an array, or the node of a single number in memory
     place: Any
     value: Any
 
@@ -327,7 +327,7 @@ class Call(NamedTuple):
     """Call of a function that returns numbers, fills an array or replaces some numbers."""
 
     function: "Function"
-    args: tuple[Any, ...]  # nodes and numbers; of an array (its memory, where it begins)
+    args: tuple[Any, ...]  # nodes and numbers; for an array (its storage, its first index)
     results: tuple[Node | Storage, ...]
 
 
@@ -339,10 +339,10 @@ class Function:
 
     def __init__(self, name: str, trace: Any):
         self.name, self.trace = name, trace
-        self.what = ""  # in the law's words
+        self.what = ""  # first paragraph of its docstring, for a comment
         self.parameters: list[Node | Storage] = []
-        self.results: list[Any] = []  # numbers; of an array the memory that is filled
-        self.made: Any = None  # what the law's function gave, of these
+        self.results: list[Any] = []  # numbers; for an array the storage that is filled
+        self.made: Any = None  # what the law's function returned when it was recorded
 
 
 def kind_of(x: Any) -> str:

@@ -43,7 +43,7 @@ from hfc_design.controllers.controller import (
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import SCALARS, Gains, Memory, clipped
 
-#: Name of the previous command in memory, if the rate of the command is limited.
+#: Name of the previous command in memory, which is needed if its rate is limited.
 PREVIOUS = "previous_command"
 #: Name of the state member that is true after the first sample.
 STARTED = "started"
@@ -59,32 +59,32 @@ class Recorded(NamedTuple):
     fields: list[Field]
     inputs: list[Node]
     limit: Node | None  # largest command of either sign
-    commands: list[Any]  # of each axis
+    commands: list[Any]  # command of each axis
     doubtful: list[Any]  # values that are not finite if a command or the new memory is not
-    early: bool  # whether that is known before anything is remembered
-    #: True after the first sample, and the index of the field before which it is stored; None if
-    #: it is not needed.
+    early: bool  # True if ``doubtful`` can be computed before anything is written to memory
+    #: Node that is true after the first sample, and the index of the field before which it is
+    #: stored; None if it is not needed.
     started: tuple[Node, int] | None
-    numbers: list[Node]  # name of the design
+    numbers: list[Node]  # numbers of the design, with names
 
 
-#: A source with its inputs bound: its largest command, a function (gains, memory) -> memory of the
-#: first sample, or None, and a function -> commands and new memory.
+#: A source that reads certain nodes: (largest command, (gains, memory) -> memory for the first
+#: sample, or None, (gains, memory) -> (commands, new memory)).
 Bound: TypeAlias = "tuple[Any, Callable[..., Memory] | None, Callable[..., Any]]"
 
 
 class Source(NamedTuple):
     """Controller to record."""
 
-    reads: list[str]  # names of what it reads
+    reads: list[str]  # names of its inputs
     gains: Gains
     memory: Memory  # before the first sample
-    #: Function of a trace, its inputs by name, and a list that it fills with the design's numbers.
+    #: (trace, inputs by name, list to which it adds numbers of the design) -> ``Bound``.
     bound: Callable[[Trace, dict[str, Node], list[Node]], Bound]
     tells: bool = False  # see ``AxisLaw``
-    within: bool = False  # whether its commands are within their limits already
-    change: float | None = None  # largest one of its command in a sample
-    truths: Collection[str] = ()  # what of it is true or false
+    within: bool = False  # True if its commands are already within their limits
+    change: float | None = None  # largest change of its command in a sample; None: any
+    truths: Collection[str] = ()  # names of the inputs that are true or false
 
 
 def of_axis(
@@ -94,7 +94,7 @@ def of_axis(
     change: float | None,
     truths: Collection[str] = (),
 ) -> Source:
-    """Return the source of an axis' law; only a flat trace has its limit, else it is an input."""
+    """Return the source of an axis' law; its limit is a number if flat, else a parameter."""
 
     def bound(trace: Trace, inputs: dict[str, Node], numbers: list[Node]) -> Bound:
         limit: Any = None
@@ -126,8 +126,8 @@ def of_axis(
 def _through_jax(
     trace: Trace, law: AxisLaw, gains: Gains, memory: Memory, inputs: dict[str, Node]
 ) -> tuple[Any, Memory]:
-    """Return the results of a law that calls JAX: command and new memory."""
-    from hfc_design.core.lanes import LANES  # which starts it
+    """Return the command and the new memory of a law that calls JAX."""
+    from hfc_design.core.lanes import LANES  # which loads JAX
 
     def sample(
         limit: Any, every: Any, gains: Gains, memory: Memory, inputs: Any
@@ -153,7 +153,7 @@ def of_machine(
     path: Sequence[str],
     truths: Collection[str] = (),
 ) -> Source:
-    """Return the source of a whole machine's controller; axis names precede those of its inputs."""
+    """Return the source of a machine's controller; names of inputs begin with their axis."""
     names = [identifier(axis) for axis in axes]
     known = [f"{axis}_{name}" for axis in names for name in reads]
 
@@ -181,7 +181,7 @@ def of_machine(
 
 
 def used(recording: Recorded) -> list[str]:
-    """Return the names of the inputs that anything depends on."""
+    """Return the names of the inputs on which a command or the memory depends."""
     alive, _ = counted(recording.trace, [*recording.commands, *recording.doubtful], recording.after)
     return [node.name for node in recording.inputs if id(node) in alive]
 
@@ -189,8 +189,8 @@ def used(recording: Recorded) -> list[str]:
 def recorded(source: Source, learnt: Collection[str] = (), flat: bool = False) -> Recorded:
     """Record one sample of a controller.
 
-    The state has no memory that never changes or is never read, unless its name is in
-    ``learnt``. ``flat`` is for languages without functions: called functions are recorded in
+    Numbers of the memory that never change or are never read are left out, unless their names are
+    in ``learnt``. ``flat`` is for languages without functions: called functions are recorded in
     place.
 
     Raises:
@@ -281,20 +281,20 @@ def _ramped(trace: Trace, fields: list[Field], change: Node, command: Any, limit
 
 
 def _doubtful(trace: Trace, x: Any) -> set[Node]:
-    """Return numbers of which at least one is not finite if ``x`` is not."""
+    """Return nodes of which at least one is not finite if ``x`` is not finite."""
     known: dict[Node, set[Node]] = {}
 
     def parts_of(x: Any) -> set[Node]:
         if not isinstance(x, Node) or x in trace.sure or x.value is not None or x.op in FINITE:
             return set()
         if x not in known:
-            known[x] = set()  # of a variable that is made of itself, in a loop
+            known[x] = set()  # for a variable that depends on itself, in a loop
             known[x] = of_parts(x)
         return known[x]
 
     def of_parts(x: Node) -> set[Node]:
         parts = [parts_of(part) for part in trace.assigned.get(x, x.args[x.op == "?" :])]
-        if x in trace.assigned:  # or itself, where a loop or a branch made it what it is
+        if x in trace.assigned:  # a node of an inner block cannot be checked: then x itself
             known_here = all(part.block is trace.root for nodes in parts for part in nodes)
             return set().union(*parts) if known_here else {x}
         if x.op in ("?", "min", "max", "neg"):
@@ -307,7 +307,7 @@ def _doubtful(trace: Trace, x: Any) -> set[Node]:
     return parts_of(x)
 
 
-#: Nodes that are finite, because otherwise the sample is faulty before anything is computed.
+#: Operations of nodes that are always finite: a sample checks its inputs before it computes.
 FINITE = frozenset(("input", "state", "number", "parameter", "index", "whole"))
 
 
@@ -327,7 +327,7 @@ def _number(trace: Trace, name: str, value: float, numbers: list[Node]) -> Node:
 
 
 def _wrapped(trace: Trace, value: Any, name: str, numbers: list[Node]) -> Any:
-    """Return the numbers of a design under their names in its gains."""
+    """Return gains with named nodes and tables instead of numbers; add the nodes to ``numbers``."""
     if isinstance(value, np.ndarray):
         value = value.tolist()
     if hasattr(value, "_fields"):
@@ -362,7 +362,7 @@ def _commit(trace: Trace, memory: Memory, after: Memory) -> None:
 
 
 def _in_place(trace: Trace, storage: Storage, value: Any) -> bool:
-    """True if a value is in its memory already, apart from numbers that are then written to it."""
+    """True if ``value`` is in ``storage`` already; numbers that a ``Put`` changes are written."""
     if isinstance(value, Put) and value.base.storage is storage and value.written is None:
         for place, one in value.changes:
             trace.bound |= {x for x in (place, one) if isinstance(x, Node)}

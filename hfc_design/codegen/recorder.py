@@ -43,14 +43,14 @@ class Recorder:
         #: True if memory may be written to before the law has finished.
         self.in_place = in_place
         self.root = self.block = Block(self)
-        self.running: Any = self  # of the whole: that of the function that is being recorded
+        self.running: Any = self  # only in ``whole``: recording of the function that runs now
         self.count = 0
-        self.functions: dict[object, Function] = {}  # of the whole
-        self.tables: dict[object, Storage] = {}  # of the whole, in the order of their use
-        self.bound: set[Node] = set()  # what is computed before it is stored
-        self.sure: set[Node] = set()  # what is finite
-        self.assigned: dict[Node, list[Any]] = {}  # of the whole: what variables may be
-        self.rewritten: set[Storage] = set()  # of the arrays that are remembered
+        self.functions: dict[object, Function] = {}  # only in ``whole``
+        self.tables: dict[object, Storage] = {}  # only in ``whole``, in the order of their use
+        self.bound: set[Node] = set()  # nodes that get a name, so that they are computed in time
+        self.sure: set[Node] = set()  # nodes that are finite whatever their operands are
+        self.assigned: dict[Node, list[Any]] = {}  # only in ``whole``: variable -> its values
+        self.rewritten: set[Storage] = set()  # arrays some of whose numbers were replaced
 
     def made(self, op: str, *args: Any) -> Any:
         """Return the node of an operation; equal operations are one node."""
@@ -67,7 +67,7 @@ class Recorder:
     def _known(
         self, seen: Block, block: Block, key: object, op: str, args: tuple[Any, ...], kind: str
     ) -> tuple[Node, bool]:
-        """Return the node ``seen`` under a key, or a new one of ``block``; and if it is new."""
+        """Return the node of ``key`` known in ``seen``, or a new one in ``block``; True if new."""
         for at in seen.outward():
             if key in at.known:
                 return at.known[key], False
@@ -77,7 +77,7 @@ class Recorder:
         return node, True
 
     def plain(self, value: Any) -> Any:
-        """Return a node, or a number as a number of Python."""
+        """Return a node as it is, and a number as a number of Python; others are refused."""
         if isinstance(value, Node):
             return value
         if isinstance(value, bool | np.bool_):
@@ -101,7 +101,7 @@ class Recorder:
         return Node(block, op, args, kind, self.whole.count)
 
     def _deepest(self, args: Sequence[Any]) -> Block:
-        """Return the outermost block in which all ``args`` are known; none leaves a branch."""
+        """Return the outermost block that knows all ``args``, but none outside of a branch."""
         around = [*self.block.outward()]
         deepest = next((block for block in around if block.branch), around[-1])
         for x in args:
@@ -147,7 +147,7 @@ class Recorder:
         self.block.items.append(Loop(index, low, high, block))
 
     def read(self, storage: Storage, place: Any) -> Any:
-        """Return a number in memory."""
+        """Return the node of a number of an array in memory, from its index."""
         args = (self.plain(place),)
         fixed = storage.kind in ("table", "parameter")
         block = self._deepest(args) if fixed else self.block
@@ -158,7 +158,7 @@ class Recorder:
         return node
 
     def store(self, storage: Storage, place: Any, value: Any) -> None:
-        """Record the write of a number."""
+        """Record the write of a number to an index of an array in memory."""
         self.block.items.append(Store(storage, self.plain(place), self.plain(value)))
 
     def table(self, rows: Any, name: str = "") -> Any:
@@ -190,17 +190,17 @@ class Recorder:
         return Stored(self, storage)
 
     def write(self, put: Put) -> Stored:
-        """Replace numbers of an array, in place or in a copy."""
+        """Write the changes of a ``Put``, in place or to a copy; return the array after them."""
         storage = self._writable(put.base)
         for place, value in put.changes:
             self.store(storage, place, value)
         return self._since(storage)
 
     def _writable(self, array: Stored) -> Storage:
-        """Return the array's memory if it may be written to; a copy if it outlives the sample."""
+        """Return the array's storage if it may be written to now, else that of a copy."""
         storage = array.storage
         if storage.kind == "local" or (storage.kind != "table" and self.in_place):
-            array.flat(0)  # or it is no more what it was
+            array.flat(0)  # refused if it was written to meanwhile
             return storage
         copy = self.local(array.shape, ())
         self.replace([(copy.storage, array)])
@@ -212,7 +212,7 @@ class Recorder:
         return Stored(self, storage)
 
     def stored(self, value: Any) -> Any:
-        """Return an array that is computed here once, and not again wherever it is read."""
+        """Return an array whose numbers are computed once, here; other values as they are."""
         if not isinstance(value, Lazy | Each):
             return value
         storage = self.local(value.shape, ())
@@ -223,12 +223,12 @@ class Recorder:
     def _stored(self, table: Any) -> Stored:
         base = self.table(table)
         if isinstance(base, Put):
-            base.flat(0)  # which writes it
+            base.flat(0)  # writes its changes
             base = base.written
         return base
 
     def replace(self, pairs: Sequence[tuple[Storage, Any]], *places: Any) -> None:
-        """Write all numbers of several arrays of one shape, those at the same index together."""
+        """Write new numbers to arrays of one shape, (storage, numbers) each, index by index."""
         if not places and all(_straight(values) for _, values in pairs):
             with self.loop(pairs[0][0].size) as k:
                 self._store(pairs, k, [values.flat(k) for _, values in pairs])
@@ -255,7 +255,7 @@ class Recorder:
 
 
 def _straight(values: Any) -> bool:
-    """True if numbers can be computed one after the other, as they are ordered in memory."""
+    """True if numbers can be read one after the other, in their order in memory."""
     if isinstance(values, Each):
         return all(map(_straight, values.tables))
     return isinstance(values, Stored) or (isinstance(values, Row) and _straight(values.whole))

@@ -12,9 +12,9 @@ from typing import Any
 
 from hfc_design.codegen.nodes import INNER, Comment, Node, Stored, Tape
 
-#: Citation of a formula's source, which makes a docstring's first line a comment.
+#: Citation of a source: a first paragraph of a docstring that has one becomes a comment.
 CITES = re.compile(r"\b(eq|fig)\. |\b(Table|Appendix|section|equation) \w", re.IGNORECASE)
-#: Folders that give neither names nor comments; site-packages lie below the standard library.
+#: Folders and files of the package and of Python whose functions give no names and comments.
 SKIPPED = (
     *INNER,
     *(
@@ -28,10 +28,10 @@ FEW = 8
 
 @contextmanager
 def named(trace: Tape) -> Iterator[None]:
-    """Take names and comments from a law while it runs.
+    """Take names and comments for the code from a law that runs inside this context.
 
-    Nodes and arrays get the names of the variables of the functions that made them; the first line
-    of such a function's docstring precedes the statements that it makes.
+    Nodes and arrays get the names of local variables of the law's functions. The first paragraph of
+    a docstring that cites a source becomes a comment before the function's statements.
     """
     before = sys.getprofile()
 
@@ -62,7 +62,7 @@ def named(trace: Tape) -> Iterator[None]:
 
 @contextmanager
 def unnamed() -> Iterator[None]:
-    """Take no names and comments meanwhile."""
+    """Take no names and comments from functions that run inside this context."""
     before = sys.getprofile()
     sys.setprofile(None)
     try:
@@ -72,11 +72,13 @@ def unnamed() -> Iterator[None]:
 
 
 def first_line(code: CodeType) -> str:
-    """Return the first line of a function's docstring, without markup; "" if there is none."""
+    """Return what a function returns: its docstring's first paragraph, no markup; "" if none."""
     docstring = code.co_consts[0] if code.co_consts else None
     if not isinstance(docstring, str) or code.co_name.startswith("<"):
         return ""
-    return docstring.strip().split("\n\n")[0].replace("\n", " ").replace("``", "")
+    text = " ".join(docstring.strip().split("\n\n")[0].replace("``", "").split())
+    what = re.sub(r"^Return (the |an? )?", "", text)
+    return what[:1].upper() + what[1:]
 
 
 def call_it(value: Any, name: str) -> None:

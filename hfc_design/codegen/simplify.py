@@ -30,7 +30,7 @@ def value_of(op: str, args: tuple[Any, ...]) -> Any:
 def simpler(op: str, args: tuple[Any, ...]) -> Any:
     """Return a value equal to an operation in every bit but the sign of 0; None if none is known.
 
-    Inputs and memory are finite: otherwise there is no command.
+    Inputs and memory count as finite, because otherwise the sample has no command.
     """
     if op == "whole" and isinstance(args[0], Node) and args[0].type == WHOLE:
         return args[0]
@@ -61,7 +61,7 @@ def _added(op: str, a: Any, b: Any) -> Any:
     neutral = {"*": 1.0, "+": 0.0}.get(op)
     if neutral is None or left != neutral or _literal(b):
         return None
-    return b if b.type != TRUTH else None  # which a sum makes a number
+    return b if b.type != TRUTH else None  # adding it makes it a number
 
 
 def _literal(x: Any) -> bool:

@@ -1,7 +1,7 @@
-"""Structured Text (IEC 61131-3) printer of recorded laws, in what every compiler gets right.
+"""Printer of recorded laws in Structured Text (IEC 61131-3), with what every compiler gets right.
 
-One function block of LREAL, DINT and BOOL, with arrays of one dimension and no functions but those
-of the standard: it has no TANH, which is computed by EXP.
+A law is one function block with LREAL, DINT and BOOL, arrays of one dimension, and functions of the
+standard. The standard has no TANH, which is computed by EXP.
 """
 
 import re
@@ -44,9 +44,9 @@ class Variable(NamedTuple):
 
     name: str
     type: str
-    size: int = 0  # of an array; 0: it is none
-    first: Sequence[float] = ()  # what it starts from
-    columns: int = 7  # of a table
+    size: int = 0  # number of values of an array; 0: a single value
+    first: Sequence[float] = ()  # start values
+    columns: int = 7  # number of columns of a table
 
 
 class Block(NamedTuple):
@@ -55,7 +55,7 @@ class Block(NamedTuple):
     constants: list[Variable]
     remembered: list[Variable]
     within: list[Variable]
-    lines: list[str]  # what is done in a sample
+    lines: list[str]  # statements of a sample
 
     @property
     def sections(self) -> dict[str, list[Variable]]:
@@ -81,7 +81,7 @@ class Block(NamedTuple):
 
 
 def literal_of(value: float, kind: str = TYPES[REAL]) -> str:
-    """Return a literal that reads back bit for bit: IEC 61131-3 wants a point in real numbers."""
+    """Return a literal that is read back bit for bit; a real number always has a point."""
     if kind != TYPES[REAL]:
         return str(bool(value)).upper() if kind == TYPES[TRUTH] else str(int(value))
     mantissa, _, exponent = repr(float(value)).partition("e")
@@ -106,7 +106,7 @@ class StructuredText(Language):
 
     def __init__(self, reserved: Iterable[str] = ()) -> None:
         super().__init__((*OWN, *reserved))
-        self.fields: dict[object, str] = {}  # names of what is remembered
+        self.fields: dict[object, str] = {}  # node or storage of the memory -> its name
         self.tables: list[Variable] = []
 
     def leaf(self, node: Node, name: str) -> str:
@@ -178,9 +178,9 @@ def _left(values: Iterable[str]) -> list[str]:
 
 
 def program(recording: Recorded, outputs: list[str], reserved: Iterable[str] = ()) -> Block:
-    """Print a controller as a function block with ``outputs``.
+    """Return the function block of a controller; ``outputs`` are the names of its commands.
 
-    No other variable has a name that is ``reserved``.
+    No variable besides inputs and outputs has a name that is ``reserved``.
     """
     inputs = [x.name for x in recording.inputs]
     syntax = StructuredText((*reserved, *inputs, *outputs))
@@ -208,7 +208,7 @@ def program(recording: Recorded, outputs: list[str], reserved: Iterable[str] = (
         *_left(x.name for x in recording.inputs if x.type == REAL),
         *(line.removeprefix("    ") for line in parts.law),
         *(f"{one} := {value};" for one, value in zip(outputs, parts.commands, strict=True)),
-        # Whether it has stopped itself, where it can.
+        # A connected controller is also at fault after it has stopped itself.
         f"fault := {'tripped > 0.5' if any(x.name == 'tripped' for x in remembered) else 'FALSE'};",
     ]
     within = [Variable(name, TYPES[kind], size) for name, (kind, size) in syntax.declared.items()]
@@ -216,7 +216,7 @@ def program(recording: Recorded, outputs: list[str], reserved: Iterable[str] = (
 
 
 def _begin(remembered: list[Variable], tables: Mapping[str, str | None]) -> Iterator[str]:
-    """Yield lines that initialise the memory; ``tables`` are those of arrays, None: 0."""
+    """Yield lines that set the memory to its start; ``tables``: array -> table, None: zeros."""
     for x in remembered:
         if x.size:
             table = tables[x.name]

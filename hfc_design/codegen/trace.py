@@ -1,4 +1,4 @@
-"""Execution of a law on nodes that record its operations: its functions ``xp``."""
+"""Execution of a law on nodes, with functions ``xp`` that record the operations of the law."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -38,7 +38,7 @@ from hfc_design.codegen.values import (
 )
 from hfc_design.core.numbers import SCALARS, Xp
 
-#: Largest number of operations of a sum that is written out.
+#: Largest number of operations of a sum that is written out; longer sums become loops.
 SHORT = 24
 
 
@@ -47,7 +47,7 @@ class Trace(Recorder):
 
     @property
     def xp(self) -> Xp:
-        """Functions for a law."""
+        """Functions for a law that record what the law does."""
         return SCALARS._replace(
             where=lambda condition, a, b: self.made("?", condition, a, b),
             minimum=lambda a, b: self.made("min", a, b),
@@ -75,13 +75,13 @@ class Trace(Recorder):
 
     def foreign(self, function: Callable[..., Any], *arguments: Any) -> Any:
         """Return the result of a function that may be written for JAX."""
-        from hfc_design.codegen.jaxprs import traced  # which starts it
+        from hfc_design.codegen.jaxprs import traced  # which loads JAX
 
         with unnamed():
             return traced(self, function, *arguments)
 
     def pick(self, values: Any, number: Any) -> Any:
-        """Return the value of a number of the design."""
+        """Return the element of ``values`` with a number that is known before run time."""
         if isinstance(number, Node) and number.value is None:
             raise refusal("selects by a number that is known only at run time")
         return values[int(number)]
@@ -99,7 +99,7 @@ class Trace(Recorder):
         function: Callable[..., Any],
         but: int | None = None,
     ) -> list[Stored]:
-        """Set rows ``low`` to ``high`` but ``but`` of tables to ``function(number, row, ...)``."""
+        """Set rows ``low`` to ``high`` - 1 except ``but`` to ``function(number, row, ...)``."""
         owned = [self._writable(self._stored(table)) for table in tables]
         count = owned[0].shape[0]
         low, high = self.made("max", low, 0), self.made("min", high, count)
@@ -119,7 +119,7 @@ class Trace(Recorder):
         self.block.items.append(Branch(condition, block))
 
     def along(self, function: Callable[..., Any], *rows: Any) -> Any:
-        """Apply ``function`` along rows, index by index: lazily if one of them is an array."""
+        """Apply ``function`` to rows, index by index; ``Lazy`` if one is an array or a range."""
         if not any(isinstance(row, Array | range) for row in rows):
             return [function(*values) for values in zip(*rows, strict=True)]
         if len({len(row) for row in rows}) > 1:
@@ -135,11 +135,11 @@ class Trace(Recorder):
         return Lazy(self, (len(rows[0]), *shape_of(first)), at)
 
     def each(self, function: Callable[..., Any], *tables: Any) -> Any:
-        """Apply ``function`` to tables, index by index, where the results are used."""
+        """Return ``Each``: results of ``function`` at each index of tables, computed where used."""
         return Each(self, function, [self.table(table) for table in tables])
 
     def total(self, values: Any) -> Any:
-        """Return the sum, from left to right."""
+        """Return the sum of ``values``, added from left to right."""
         if not isinstance(values, Array):
             return reduce(add, values)
         first = values[0]
@@ -174,7 +174,7 @@ class Trace(Recorder):
         return mapped(lambda one: self._since(one) if isinstance(one, Storage) else one, holders)
 
     def _idle(self, function: Callable[[], Any], otherwise: Node | float) -> bool:
-        """True if a function returns the number ``otherwise``; its operations are dropped."""
+        """True if a function returns the number ``otherwise``; this call of it is not recorded."""
         with self.inside(branch=True):
             result = function()
         if isinstance(result, Node) or isinstance(otherwise, Node):
@@ -200,8 +200,8 @@ class Trace(Recorder):
     def call(self, function: Callable[..., Any], xp: Xp, *args: Any) -> Any:
         """Record ``function(xp, *args)`` as a call of a function in the code.
 
-        Tuples of numbers in ``args`` stay such tuples, lists are arrays. The function may return a
-        number, a tuple of numbers, a list of numbers, which is an array, or tables among its
+        In ``args``, tuples of numbers remain tuples, and lists become arrays. The function may
+        return a number, a tuple of numbers, a list of numbers (an array), or tables among its
         arguments that it has changed.
         """
         args = tuple(map(self._argument, args))
@@ -295,7 +295,7 @@ class Trace(Recorder):
             for one in value:
                 self._results(recorded, one)
         elif isinstance(value, Stored) and value.storage.kind != "local":
-            return  # it is there already
+            return  # the caller has it already
         elif isinstance(value, Array | list):
             filled = Storage("result", "result", shape_of(value))
             recorded.trace.replace([(filled, value)])

@@ -49,7 +49,7 @@ def mapped(function: Callable[..., Any], tree: Any, *others: Any) -> Any:
 
 
 def row_of(values: Any, k: Any) -> Any:
-    """Return a row as the function of a lazy array returns it."""
+    """Return row ``k``; for a lazy array, what its function returns."""
     return values.function(k) if isinstance(values, Lazy) else values[k]
 
 
@@ -79,12 +79,12 @@ def given_of(args: tuple[Any, ...]) -> Iterator[Any]:
 
 
 def several(x: Any) -> bool:
-    """True if an argument is a tuple of arguments."""
+    """True if an argument is a plain tuple that contains arrays or nodes."""
     return type(x) is tuple and any(isinstance(one, Array | Node) for one in x)
 
 
 def form_of(x: Any) -> Any:
-    """Return the part of an argument that belongs to the function itself."""
+    """Return what a recorded function depends on: shape of an array, type of a node, or value."""
     if isinstance(x, Array):
         return x.shape
     if isinstance(x, Node):

@@ -1,8 +1,8 @@
 """Laws connected to a machine: the code between the machine's readings and its drives.
 
-It forms the signals of a law from raw readings, as the simulator's sensors do, and limits a command
-to the values of its converter. It can be switched on and off, takes over smoothly from another
-controller's command, and stops when an axis is too far from its reference. Never imports JAX.
+This code forms the signals of a law from raw readings, as the sensors of the simulator do, and
+gives only commands that the converter can output. It can be switched on and off, takes over
+smoothly from another controller, and commands 0 after an error was too large. Never imports JAX.
 """
 
 from collections.abc import Callable, Sequence
@@ -26,7 +26,7 @@ from hfc_design.controllers.controller import (
 )
 from hfc_design.core.numbers import Gains, Memory, Scalar, Truth, Xp
 
-#: What a connected controller is told beside its readings, and what that is.
+#: Inputs of a connected controller besides the readings of its sensors, and their meanings.
 SWITCHES = {
     "enable": "the controller is active while this is on, else the command is 0",
     "take_over": "on when enable is switched on: the command starts from the preset and "
@@ -34,7 +34,7 @@ SWITCHES = {
     "preset": "added to the command, as to hold a vertical axis; or the command taken over",
     "largest_error": "beyond this error the command is 0 until enable goes off; 0 or less: never",
 }
-#: Those that are true or false.
+#: Names of the ``SWITCHES`` that are true or false; the other ones are numbers.
 TRUTHS = ("enable", "take_over")
 #: Time constant with which a command that was taken over fades [samples].
 FADING = 50.0
@@ -43,47 +43,47 @@ FADING = 50.0
 class Sensing(NamedTuple):
     """Conversion of an axis's readings to signals of its controller; see ``simulation.sensors``."""
 
-    position: str  # the reading that is fed back
-    velocity: str  # its rate
-    encoders: dict[str, str]  # each angle that an encoder reads, and its rate
-    rated: tuple[str, ...]  # angles whose rates are formed here
-    resolution: float | None  # that all are rounded to; None: not at all
-    source: str  # of the velocities: "tachometer", "encoder" or "observer"
-    samples: int  # over which the difference of two readings is taken
-    observer: tuple[float, float]  # gains alpha and beta
-    turn: float  # to half of which the error is folded either way; 0: it is not
-    apart: dict[str, float]  # signals that sensors of their own tell, and their steps; 0: none
-    fields: tuple[str, ...]  # readings: all that the machine's sensors tell
-    #: {reading: value} as the machine's own sensors report them, and -> what else is told of them.
+    position: str  # name of the position that is fed back
+    velocity: str  # name of the rate of that position
+    encoders: dict[str, str]  # name of each angle that an encoder reads -> name of its rate
+    rated: tuple[str, ...]  # angles whose rates this code computes from their readings
+    resolution: float | None  # step to which encoder readings are rounded; None: no rounding
+    source: str  # source of all velocities: "tachometer", "encoder" or "observer"
+    samples: int  # samples between two readings whose difference gives a velocity
+    observer: tuple[float, float]  # gains alpha and beta of the observer
+    turn: float  # one turn of an endless axis; errors stay within half a turn; 0: not endless
+    apart: dict[str, float]  # signal with its own sensor -> step of that sensor; 0: no step
+    fields: tuple[str, ...]  # names of all readings of the machine's sensors
+    #: {reading: value} -> the same readings, as the drive's own sensors report them.
     measured: Callable[[dict[str, Scalar]], dict[str, Scalar]]
-    signals: Callable[[dict[str, Scalar]], dict[str, Scalar]]
+    signals: Callable[[dict[str, Scalar]], dict[str, Scalar]]  # readings -> signals of the drive
 
 
 class Connection(NamedTuple):
-    """Sensors and converter between a controller and an axis."""
+    """Sensors and converter between a controller and an axis; None stands for no limit or step."""
 
     sensing: Sensing
-    change: float | None  # largest one of the command in a sample
-    step: float | None  # that the converter rounds a command to
-    largest: float | None  # that it gives; None: any
+    change: float | None  # largest change of the command from one sample to the next
+    step: float | None  # the converter rounds a command to a multiple of this step
+    largest: float | None  # largest command that the converter gives
 
 
 class Begins(NamedTuple):
-    """Functions that reset a controller's memory."""
+    """Functions that reset the memory in the first sample after enabling: ``fresh`` is true."""
 
-    #: (xp, fresh, memory) -> the memory with its past forgotten where that is true.
+    #: (xp, fresh, memory) -> the memory; if ``fresh``, with its start values except for arrays.
     rested: Callable[[Xp, Truth, Memory], Memory]
-    #: (xp, fresh, memory, first) -> the memory, or where that is true the first one.
+    #: (xp, fresh, memory, first) -> ``first`` if ``fresh``, else ``memory``.
     begun: Callable[[Xp, Truth, Memory, Memory], Memory]
 
     def memory(self, xp: Xp, fresh: Truth, memory: Memory, first: Callable[..., Memory]) -> Memory:
-        """The ``memory`` before a sample; ``first`` makes one from a memory without a past."""
+        """Return the memory that a sample uses; ``first`` makes a first one from a reset one."""
         rested = self.rested(xp, fresh, memory)
         return self.begun(xp, fresh, rested, first(rested))
 
 
 class Inside(NamedTuple):
-    """Parts of a connected law."""
+    """Structure of a connected law: the law inside, its connection, and its resets."""
 
     law: AxisLaw
     connection: Connection
@@ -91,26 +91,26 @@ class Inside(NamedTuple):
 
 
 class DriveMemory(NamedTuple):
-    """Memory of a drive."""
+    """Memory of the sensors and the command of one axis."""
 
-    angles: dict[str, tuple[Scalar, ...]]  # readings, or what observers made of them, newest first
-    rates: dict[str, Scalar]  # of observers
-    command: Scalar  # of the sample before
-    fading: Scalar  # what is left of a command that was taken over
-    taken: Scalar  # 1 where one was
+    angles: dict[str, tuple[Scalar, ...]]  # past readings or estimates of observers, newest first
+    rates: dict[str, Scalar]  # velocities estimated by observers
+    command: Scalar  # command of the previous sample
+    fading: Scalar  # added so that the command starts from one taken over; fades to 0
+    taken: Scalar  # 1 if a command was taken over, else 0
 
 
 class ConnectedMemory(NamedTuple):
     """Memory of a connected controller from one sample to the next."""
 
     law: Memory
-    drive: Any  # a DriveMemory, or of a machine those of its axes
-    running: Scalar  # 1 where the sample before was enabled
-    tripped: Scalar  # 1 where an error was too large
+    drive: Any  # a DriveMemory; for a machine a tuple of one for each axis
+    running: Scalar  # 1 if the controller was enabled in the previous sample, else 0
+    tripped: Scalar  # 1 if an error was too large since the controller was enabled, else 0
 
 
 def connected(law: AxisLaw, connection: Connection, begins: Begins) -> AxisLaw:
-    """The law as a law of raw readings."""
+    """Return a law that reads raw readings, forms the signals of ``law`` and runs it."""
     return AxisLaw(
         _sample,
         _start,
@@ -142,7 +142,7 @@ def _primed(
 def _sample(
     xp: Xp, law: AxisLaw, gains: Gains, memory: ConnectedMemory, signals: Signals
 ) -> tuple[Scalar, ConnectedMemory, Any]:
-    """The command for the drive, the new memory, and the parts of the law's command."""
+    """Return the command for the drive, the new memory, and the parts of the law's command."""
     wrapped: Inside = law.structure
     inner = wrapped.law._replace(limit=law.limit, sample_time=law.sample_time)
     seen, drive = _sensed(xp, wrapped.connection.sensing, law.sample_time, memory.drive, signals)
@@ -161,23 +161,23 @@ def _sample(
 
 
 class ConnectedMachine(NamedTuple):
-    """The controller of a machine, with raw readings: all of its axes are on, or none."""
+    """Controller of a machine that reads raw readings; it enables all axes together, or none."""
 
     inner: Controller
     connections: tuple[Connection, ...]
     limits: tuple[float | None, ...]  # largest command of each axis
     sample_time: float
     begins: Begins
-    #: Of x and y, measured less commanded, of tangent and curvature -> the contour error.
+    #: (x, y, tangent_x, tangent_y, curvature, root) -> contour error; x, y: actual less commanded.
     contour_error: Callable[..., Scalar]
 
     @property
     def kind(self) -> str:
-        """Name of the kind inside."""
+        """Name of the kind of the inner controller."""
         return self.inner.kind
 
     def initial_memory(self, zero: Scalar) -> ConnectedMemory:
-        """Memory before the first sample."""
+        """Return the memory before the first sample."""
         drives = tuple(_still(connection.sensing, zero) for connection in self.connections)
         return ConnectedMemory(self.inner.initial_memory(zero), drives, zero, zero)
 
@@ -192,7 +192,7 @@ class ConnectedMachine(NamedTuple):
         return memory._replace(drive=drives)
 
     def step(self, xp: Xp, gains: Gains, memory: ConnectedMemory, view: View) -> Stepped:
-        """The command of each drive, and the new memory."""
+        """Return the command of each drive, and the new memory."""
         each = zip(self.connections, memory.drive, view.axes, strict=True)
         sensed = [
             _sensed(xp, connection.sensing, self.sample_time, *one) for connection, *one in each
@@ -212,7 +212,7 @@ class ConnectedMachine(NamedTuple):
         return commands, ConnectedMemory(after, drives, xp.where(on, 1.0, 0.0), tripped)
 
     def _path(self, xp: Xp, path: PathView, seen: Sequence[Signals]) -> PathView:
-        """The path with the contour error that the axes have of it."""
+        """Return the path with the contour error that follows from the errors of x and y."""
         x, y = (-signals["error"] for signals in seen[:2])
         return path._replace(
             contour_error=self.contour_error(x, y, *path.tangent, path.curvature, xp.sqrt)
@@ -220,7 +220,7 @@ class ConnectedMachine(NamedTuple):
 
 
 def _still(sensing: Sensing, zero: Scalar) -> DriveMemory:
-    """Memory of a drive before the first sample."""
+    """Return the memory of a drive before the first sample, with all numbers 0."""
     count = sensing.samples if sensing.source == "encoder" else 1
     angles = dict.fromkeys(sensing.rated, (zero,) * count)
     rates = dict.fromkeys(sensing.rated if sensing.source == "observer" else (), zero)
@@ -228,7 +228,7 @@ def _still(sensing: Sensing, zero: Scalar) -> DriveMemory:
 
 
 def _stood(xp: Xp, sensing: Sensing, memory: DriveMemory, signals: Signals) -> DriveMemory:
-    """The machine stood where its encoders read that it is."""
+    """Return the memory as if all past readings of the encoders were equal to the present ones."""
     read = _readings(xp, sensing, signals)
     angles = {angle: (read[angle],) * len(past) for angle, past in memory.angles.items()}
     return memory._replace(angles=angles)
@@ -244,7 +244,7 @@ def _far(signals: Signals, seen: Signals) -> Truth:
 
 
 def _tripped(xp: Xp, memory: ConnectedMemory, on: Truth, far: Truth) -> Scalar:
-    """Whether an error was too large since it is enabled."""
+    """Return 1 if an error was too large since the controller was enabled, else 0."""
     before = xp.where(memory.running < 0.5, 0.0, memory.tripped)
     return xp.where(on, xp.where(far, 1.0, before), 0.0)
 
@@ -259,7 +259,7 @@ def _commanded(
     fresh: Truth,
     runs: Truth,
 ) -> tuple[Scalar, DriveMemory]:
-    """Command of a drive from the one that its law ``requested``, and the new memory."""
+    """Return a drive's command for the ``requested`` one (0 unless it ``runs``), and its memory."""
     command, preset = limited(xp, limit, requested), signals.get("preset", 0.0)
     taken = xp.where(fresh, xp.where(signals.get("take_over", 0.0) > 0.5, 1.0, 0.0), memory.taken)
     first = xp.where(taken > 0.5, preset - command, 0.0)
@@ -271,12 +271,12 @@ def _commanded(
         command = limited(xp, limit, ramped(xp, connection.change, before, command))
     command = xp.where(runs, _converted(xp, connection, command), 0.0)
     after = memory._replace(command=command, fading=fading * exp(-1.0 / FADING), taken=taken)
-    # What the law asked for is in it, so that a command that is none is seen behind its limits.
+    # Adds 0 times the requested command: nan or infinity remains visible in spite of the limits.
     return command + 0.0 * requested, after
 
 
 def _readings(xp: Xp, sensing: Sensing, signals: Signals) -> dict[str, Scalar]:
-    """Readings of the encoders, in their steps."""
+    """Return all readings by name; those of the encoders are rounded to their steps."""
     raw = {name: signals.get(name, 0.0) for name in sensing.fields}
     read = raw | xp.foreign(sensing.measured, raw)
     return read | {
@@ -287,7 +287,7 @@ def _readings(xp: Xp, sensing: Sensing, signals: Signals) -> dict[str, Scalar]:
 def _sensed(
     xp: Xp, sensing: Sensing, every: float, memory: DriveMemory, signals: Signals
 ) -> tuple[dict[str, Scalar], DriveMemory]:
-    """Signals of the law, and the new memory (``simulation.sensors.measured``)."""
+    """Return the signals of the law and the new memory, as ``simulation.sensors.measured``."""
     read = _readings(xp, sensing, signals)
     angles: dict[str, tuple[Scalar, ...]] = {}
     rates: dict[str, Scalar] = {}
@@ -312,9 +312,9 @@ def _sensed(
 
 
 def _folded(xp: Xp, sensing: Sensing, angle: str, difference: Scalar) -> Scalar:
-    """A difference of two readings of an angle: the short way if a reading restarts after a turn.
+    """Return a difference of two readings of an angle; in an endless axis, that of the short way.
 
-    Simulated readings do not restart; small differences are not changed.
+    Real readings may restart at 0 after each turn. Differences below half a turn do not change.
     """
     if not sensing.turn or angle != sensing.position:
         return difference
@@ -326,7 +326,7 @@ def _in_steps(xp: Xp, value: Scalar, step: float | None) -> Scalar:
 
 
 def _converted(xp: Xp, connection: Connection, command: Scalar) -> Scalar:
-    """Output of the converter for a command (``simulation.sensors.converted``)."""
+    """Return the output of the converter for a command, as ``simulation.sensors.converted``."""
     if connection.step is None:
         return limited(xp, connection.largest, command)
     whole = _in_steps(xp, command, connection.step)

@@ -10,115 +10,115 @@ from hfc_design.core.numbers import Floats, Gains, Integers, Json, Mask, Own
 
 
 class Population(Protocol):
-    """n individuals: a NamedTuple of arrays with the individuals in the leading axis."""
+    """n individuals: a NamedTuple of arrays whose first dimension counts the individuals."""
 
     @property
     def tree(self) -> Integers:
-        """(n,) structure of each individual, from 0 on."""
+        """(n,) number of the structure of each individual, from 0 on."""
 
 
 AnyPopulation = TypeVar("AnyPopulation", bound=Population)
-#: The individuals of a genome's own kind, a ``Population``.
+#: A ``Population`` with the arrays that a genome of a certain kind uses.
 Members: TypeAlias = Any
 
 
 class Space(NamedTuple):
-    """Individuals as points, so that the derivative of a loop gives a direction to move in."""
+    """Individuals as points; derivatives of a loop by the parameters tell how to move a point."""
 
-    vectors: Callable[[Members], Floats]  # population -> (n, parameters), ordered as ``gains`` are
-    from_vectors: Callable[[Floats, Members], Members]  # (points, one of their structure) -> they
-    frozen: Mask  # (parameters,) those that stay
-    low: Floats  # (parameters,)
-    high: Floats  # (parameters,)
+    vectors: Callable[[Members], Floats]  # population -> points (n, parameters) ordered as gains
+    from_vectors: Callable[[Floats, Members], Members]  # (points, one of their tree) -> population
+    frozen: Mask  # (parameters,) true for a parameter that must not change
+    low: Floats  # (parameters,) lower bounds
+    high: Floats  # (parameters,) upper bounds
 
 
 class Stage(NamedTuple):
     """Coordinates in which a distribution of individuals moves during a part of a search."""
 
-    start: Floats  # (size,) where it begins
-    step: float  # first standard deviation of each
-    members: Callable[[Floats, Integers], Members]  # points (n, size), structures (n,) -> they
+    start: Floats  # (size,) first mean of the distribution
+    step: float  # first standard deviation of each coordinate
+    members: Callable[[Floats, Integers], Members]  # (points (n, size), trees (n,)) -> population
 
 
 class Genome(Protocol):
-    """Individuals of one kind of controller: how they begin, vary and become a controller.
+    """Operations of a search on individuals of a kind: it makes, varies and converts them.
 
-    It is the base of every kind's genome. A genome whose individuals are also points has a method
-    ``space() -> Space``; one through which a distribution can be led has ``stages``.
+    It is the base of every kind's genome. A genome that supports Gauss-Newton steps has a method
+    ``space() -> Space``; a genome for strategies that move a distribution has ``stages``.
     """
 
     settings: Own  # the ``ControllerSettings`` of the kind
     target: Target
-    structures: int = 1  # how many there are
+    structures: int = 1  # number of structures
 
     def __init__(self, settings: Own, target: Target):
         self.settings, self.target = settings, target
 
-    #: Share of a search for each of its stages, and whether structures compete in it.
+    #: For each stage: its share of a search, and True if the structures compete in it.
     stages: tuple[tuple[float, bool], ...] = ()
 
     def stage(self, number: int, about: Members | None) -> Stage:
-        """Coordinates about the individual with which the previous stage ended; None: the first."""
+        """Return a stage around ``about``, result of the previous stage; None: the first stage."""
         raise TypeError(f"{type(self).__name__} has no stages")
 
     def around(self, about: Members) -> Stage | None:
-        """Coordinates of every number about a population of one; None if there are none."""
+        """Return the last stage around ``about``, a population of one; None without stages."""
         return self.stage(len(self.stages) - 1, about) if self.stages else None
 
     def empty(self) -> Members:
-        """One untried individual of each structure."""
+        """Return a population with one individual of each structure."""
 
     def fresh(self, tree: Integers, rng: np.random.Generator) -> Members:
-        """First individuals with the given structures."""
+        """Return first individuals, drawn at random, with the given structures (n,)."""
 
     def informed(self, tree: Integers, rng: np.random.Generator) -> Members | None:
-        """First individuals that use knowledge of the machine; None: only ``fresh`` ones exist."""
+        """Return first individuals made from a model of the machine; None: use ``fresh`` ones."""
         return None
 
     def laws(self) -> Any | None:
-        """Laws with few numbers that the individuals can reproduce; None if there are none.
+        """Return the genome of simpler laws that individuals can reproduce; None if there are none.
 
-        They are searched before the individuals, see ``hierarchical.laws.LinearLaws``.
+        A search finds good laws first; see ``hierarchical.seed_laws.SeedLaws``.
         """
         return None
 
     def mutated(self, population: Members, step: Floats, rng: np.random.Generator) -> Members:
-        """Individuals changed by relative steps (n,)."""
+        """Return the individuals with random changes; ``step`` (n,) is their relative size."""
 
     def blended(self, one: Members, other: Members, share: Floats) -> Members:
-        """``one`` moved by ``share`` (n,) of the way to ``other``."""
+        """Return the individuals ``one``, moved by ``share`` (n,) of the way to ``other``."""
 
     def nudged(self, population: Members, rng: np.random.Generator) -> Members:
-        """Individuals with some numbers changed by about a millionth."""
+        """Return the individuals with some numbers changed by about a millionth."""
 
     def gains(self, population: Members) -> Gains:
-        """Gains of the controllers for ``simulate``, with individuals in the trailing axis."""
+        """Return gains for the simulator: arrays whose last dimension counts the individuals."""
 
     def notation(self, structure: int) -> str:
-        """Readable text of a structure; the name of the kind if there is only one."""
+        """Return a structure as readable text; the name of the kind if it has only one."""
         return str(self.settings.kind)
 
     def record(self, individual: Members) -> Json:
-        """Controller of a design file, from a population of one."""
+        """Return the controller of a population of one, as in a design file."""
 
 
 def some(rng: np.random.Generator, shape: tuple[int, ...], share: Floats | float) -> Floats:
-    """Normal numbers in a ``share`` of all places, 0 elsewhere."""
+    """Return normal random numbers of a shape; each is kept with probability ``share``, else 0."""
     return np.asarray((rng.random(shape) < share) * rng.standard_normal(shape))
 
 
 def taken(population: AnyPopulation, chosen: Integers | Mask | slice) -> AnyPopulation:
-    """Individuals chosen by an index array, a mask or a slice."""
+    """Return the individuals chosen by an index array, a mask or a slice."""
     return _mapped(lambda array: array[chosen], population)
 
 
 def joined(*populations: AnyPopulation) -> AnyPopulation:
-    """Join populations one after the other."""
+    """Return one population with the individuals of several, one population after the other."""
     return _mapped(lambda *parts: np.concatenate(parts), *populations)
 
 
 def replaced(population: AnyPopulation, places: Integers, by: AnyPopulation) -> AnyPopulation:
-    """The population with other individuals at some places."""
+    """Return a population with the individuals at the indices ``places`` replaced ``by`` others."""
 
     def changed(array: Any, values: Any) -> Any:
         array = array.copy()
@@ -129,7 +129,7 @@ def replaced(population: AnyPopulation, places: Integers, by: AnyPopulation) -> 
 
 
 def _mapped(function: Callable[..., Any], *trees: Any) -> Any:
-    """``function`` of the arrays that stand at the same place in tuples of tuples."""
+    """Return nested tuples like ``trees``, with ``function`` of their corresponding arrays."""
     first = trees[0]
     if not isinstance(first, tuple):
         return function(*trees)

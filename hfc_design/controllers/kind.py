@@ -1,7 +1,7 @@
-"""Kinds of controller: the base class with everything that the rest of the package calls.
+"""Base class of all kinds of controller, with everything that the rest of the package calls.
 
-A kind is a folder beside this file; ``KIND`` in its ``__init__`` registers it, ``KINDS`` several.
-Never imports JAX.
+Each kind has a folder beside this file; ``KIND`` in the folder's ``__init__`` registers the kind
+(``KINDS``: several ones). Never imports JAX.
 """
 
 import importlib
@@ -30,9 +30,9 @@ DeadZone = Annotated[NotNegative, Field(exclude_if=(0.0).__eq__)]
 
 
 class later:
-    """Name of a module that is imported only on access, because it starts JAX or draws.
+    """Class attribute that is imported on use, because its module may load JAX or matplotlib.
 
-    In the body of a class it is a method, or a value.
+    A function of the module becomes a method of the class; any other object is used as it is.
     """
 
     def __init__(self, module: str, name: str):
@@ -45,25 +45,25 @@ class later:
 
 
 class ControllerSettings(Record):
-    """The ``[controller]`` of a scenario: start of a search, and the ranges that it may vary."""
+    """Table ``[controller]`` of a scenario: the start of a search, and what the search may vary."""
 
     kind: str  # kind of the controller
 
     def fault(self, target: "Target") -> str | None:
-        """Line that says why a search for ``target`` is impossible; it begins with the key."""
+        """Return None, or why a search for ``target`` is impossible; the line begins with a key."""
         return None
 
     @property
     def staged(self) -> bool:
-        """Whether its genome has ``stages``, through which a distribution can be led."""
+        """True if strategies that move a distribution (cma) can search it in ``Genome.stages``."""
         return False
 
 
 def controller_named(start: Plain, info: ValidationInfo) -> Plain:
-    """Controller of the design named by ``start``; a record is returned as it is.
+    """Return the controller of the design that ``start`` names, as a dict; a record unchanged.
 
     Raises:
-        ValueError: there is no such design, or it is not of the kind of the settings.
+        ValueError: there is no such design, or its kind is not that of the settings.
     """
     if not isinstance(start, str):
         return start
@@ -80,14 +80,14 @@ class Target(NamedTuple):
     """Machine and conditions for which a controller is designed."""
 
     machine: "Machine"
-    parameters: tuple[Parameters, ...]  # the record of each axis
+    parameters: tuple[Parameters, ...]  # physical parameters of each axis
     sample_time: float  # [s]
     limits: Limits
-    bounds: Any = None  # settings of the search, which may bound what it varies
-    follows_path: bool = True  # whether it does in every motion
+    bounds: Any = None  # settings of the strategy, which may bound the searched numbers
+    follows_path: bool = True  # True if the machine follows a path in every motion
 
     def of(self, k: int) -> "Target":
-        """The target for axis ``k`` alone."""
+        """Return the target for axis number ``k`` alone."""
         name, parameters = self.machine.axes[k], (self.parameters[k],)
         limits = {name: self.limits[name]}
         return self._replace(machine=self.machine.only(k), parameters=parameters, limits=limits)
@@ -97,14 +97,14 @@ class ReportContext(NamedTuple):
     """Facts about a design that a report needs besides its record."""
 
     machine: "Machine"
-    parameters: tuple[Parameters, ...]  # the record of each axis
-    #: What each axis told the control, signal -> (steps,); None where that is not known.
+    parameters: tuple[Parameters, ...]  # physical parameters of each axis
+    #: Axis -> signal -> its values (steps,) in the motion; None: not known.
     signals: dict[str, dict[str, Floats]] | None
-    #: Largest command that the controller of each axis keeps to; () for none.
+    #: Limit of the command of each axis that the design has, None: no limit; (): not known.
     largest: tuple[float | None, ...] = ()
 
     def of(self, axis: str) -> "ReportContext":
-        """The same for one axis."""
+        """Return the facts for one axis alone."""
         k = self.machine.axes.index(axis)
         signals = None if self.signals is None else {axis: self.signals[axis]}
         machine, parameters, at = self.machine.only(k), (self.parameters[k],), slice(k, k + 1)
@@ -116,7 +116,7 @@ class ReportContext(NamedTuple):
         return self.machine.drives[0].units
 
 
-#: Of ``ControllerRecord.connecting``, where the error is all that a law reads.
+#: Note for ``ControllerRecord.connecting`` of a law that reads only the error.
 CHANGES = (
     "The change of `error` is formed inside, from one sample to the next and without a filter: "
     "give the error as the encoder reads it."
@@ -124,45 +124,45 @@ CHANGES = (
 
 
 def dead_zone_note(record: Own) -> list[str]:
-    """Note on the dead zone of a record for ``ControllerRecord.connecting``; empty without one."""
+    """Return a note on a record's dead zone for ``ControllerRecord.connecting``; [] if it is 0."""
     zone = record.dead_zone
     return [f"An `error` of up to {zone!r} either way counts as 0 inside."] if zone else []
 
 
 def input_ranges(gains: dict[str, float], limit: float | None) -> dict[str, float]:
-    """``ControllerRecord.input_range`` of signals with one gain each: (limit, or 1) / gain."""
+    """Return a ``ControllerRecord.input_range`` from gains of signals: (limit, or 1) / |gain|."""
     return {name: (limit or 1.0) / abs(gain) for name, gain in gains.items() if gain}
 
 
 class Explain(NamedTuple):
-    """Functions with which a kind explains its command at a sample; see ``runtime.explain``."""
+    """Functions with which a kind explains its command in a sample; see ``runtime.explain``."""
 
-    #: Signals that it reads at a sample, and those that it remembers of the one before.
+    #: record -> (names of signals of the sample, names of signals of the previous sample).
     signals: Callable[[Own], tuple[list[str], list[str]]]
-    #: (memory, readings of the sample before) -> memory.
+    #: (memory, signals of the previous sample) -> memory with these signals as the previous ones.
     remember: Callable[[Memory, dict[str, float]], Memory]
-    #: (record, parts) -> units with the rules that fire, and shares of the command.
+    #: (record, parts) -> fuzzy units with the rules that fire, and the parts of the command.
     shown: Callable[[Own, Any], Json]
-    #: Other names for what is remembered: as the change of a signal, say.
+    #: Name of the change of a signal -> name of the previous signal that it can replace.
     changes: dict[str, str] = {}
-    #: Names that inputs have in the program that a record comes from -> the signals that they are.
+    #: record -> {name of an input in the program that the record was imported from: its signal}.
     names: Callable[[Own], dict[str, str]] = lambda record: {}
 
 
 def errors_alone(record: Record) -> list[str]:
-    """Signals of a law by default: the error and its rate."""
+    """Return the signals that a law reads by default: the error and its rate."""
     return ["error", "error_rate"]
 
 
 def nothing(record: Record) -> list[Any]:
-    """Empty list, for features that a kind does not have."""
+    """Return an empty list, for features that a kind does not have."""
     return []
 
 
 def numbers(record: Any, shown: "ReportContext") -> list[Any]:
-    """Default section of a report on a controller: its numbers."""
+    """Return the default section of a report on a controller: a table of its numbers."""
     from hfc_design.core.tables import Table
-    from hfc_design.plotting.section import Section  # which draw
+    from hfc_design.plotting.section import Section  # which loads matplotlib
 
     data: Json = record.model_dump(exclude={"kind", "sample_time_s"})
     values = {key.rpartition(".")[2]: value for key, value in flat(data).items()}
@@ -172,59 +172,59 @@ def numbers(record: Any, shown: "ReportContext") -> list[Any]:
 
 
 def names_of(part: type[Record]) -> tuple[str, ...]:
-    """Names of a kind, from its record or settings; () if any name is allowed."""
+    """Return the allowed values of the field ``kind`` of a record or settings; (): any name."""
     return get_args(part.model_fields["kind"].annotation)
 
 
 class ControllerRecord(Record):
     """A kind of controller: a class whose objects are the controllers of design files.
 
-    Its fields are the keys of a file. It has either ``law``, of one axis, or ``controller``, of a
-    whole machine; other features that it lacks are None here, and the user who asks for them gets
-    one sentence.
+    Its fields are the keys of a file. It has either ``law``, for one axis, or ``controller``, for a
+    whole machine. Other features may be None: the kind does not have them, and a user who asks for
+    one gets a message.
     """
 
     kind: str  # which kind of controller it is
     sample_time_s: Positive  # time from one command to the next [s]
 
-    name: ClassVar[str] = ""  # of the kind, as its literal ``kind`` has it
+    name: ClassVar[str] = ""  # of the kind: the first allowed value of the field ``kind``
     summary: ClassVar[str] = "your kind"  # for hfc list controllers
-    record: ClassVar[Any]  # itself
+    record: ClassVar[Any]  # the class itself
     settings: ClassVar[type[ControllerSettings] | None] = None  # in a scenario; None: not searched
-    #: What a search can do with it: (settings, target) -> Genome.
+    #: genome(settings, target) -> Genome, the operations of a search on this kind.
     genome: ClassVar[Any] = None
     #: law(limit) -> AxisLaw; limit is the largest command.
     law: ClassVar[Any] = None
-    #: controller(limits) -> Controller, of a machine whose axes have these largest commands.
+    #: controller(limits) -> Controller of a machine whose axes have these largest commands.
     controller: ClassVar[Any] = None
-    path: ClassVar[bool] = False  # whether it has to see the path of an X-Y machine
-    #: axis_records() -> the record of each axis, where they differ; formats write them one by one.
+    path: ClassVar[bool] = False  # True if the controller reads the path of an X-Y machine
+    #: axis_records() -> {axis: its record}, for a kind with a separate controller for each axis.
     axis_records: ClassVar[Any] = None
-    #: units_that_matter(gains) -> (n,) how many units of its hierarchy do, of a population.
+    #: units_that_matter(gains) -> (n,) number of fuzzy units that matter in each individual.
     units_that_matter: ClassVar[Any] = None
-    #: reads() -> signals that its law reads at a sample, an argument of the C code each; None: any.
+    #: reads() -> signals that the law reads in a sample; if ``reads`` itself is None, it reads any.
     reads: ClassVar[Any] = errors_alone
-    #: widths() -> differences that have to be more than 0 in single precision.
+    #: widths() -> widths of the terms in single precision; C code in float cannot divide by 0.
     widths: ClassVar[Any] = nothing
-    #: What a report shows: sections(shown) -> sections.
+    #: sections(shown) -> the sections of a report on the controller.
     sections: ClassVar[Any] = numbers
-    #: adapted(memory) -> the record with what its law's memory has made of it, None where nothing.
+    #: adapted(memory) -> the record with what the law has learned in its memory; None: nothing.
     adapted: ClassVar[Any] = None
-    #: learnt(axes, memory) -> the same of what commands a whole machine.
+    #: learnt(axes, memory) -> the same as ``adapted`` for a controller of a whole machine.
     learnt: ClassVar[Any] = None
-    #: of_gains(gains by name) -> a record's keys.
+    #: of_gains(gains by name) -> keys of the controller with these gains in a design file.
     of_gains: ClassVar[Any] = None
     rule_base: ClassVar[RuleBase | None] = None
-    no_rules: ClassVar[str] = "no rule tables; use c or st"  # why, for who asks for a file of them
-    #: lookup(points) -> terms tabulated for a processor without exp: "law", the law of the runtime
-    #: with them (limit -> AxisLaw), and its largest deviation.
+    no_rules: ClassVar[str] = "no rule tables; use c or st"  # message on formats with rule tables
+    #: lookup(points) -> dict for code that has a table of ``points`` values in place of exp: "law"
+    #: (limit -> AxisLaw with the table), "deviation" (largest error found) and others.
     lookup: ClassVar[Any] = None
     explain: ClassVar[Explain | None] = None
-    #: table_gains() -> gains of the rule table, which a stable range bounds: name -> (K_1, K_2).
+    #: table_gains() -> {name: (K_1, K_2)}, gains of the rule table, for a check of stability.
     table_gains: ClassVar[Any] = None
-    #: What ``hfc plot`` draws: pictures(drive) -> for each available picture ("surface", "terms",
-    #: "tables", "tree") a function: name of a unit -> ``pictures.section.Drawn``. Without a name it
-    #: draws the last unit.
+    #: Pictures for ``hfc plot``: pictures(drive) -> {name of a picture such as "surface", "terms",
+    #: "tables" or "tree": {name of a unit: ``plotting.section.Drawn``}}. If a user names no unit,
+    #: the last one is drawn.
     pictures: ClassVar[Any] = None
 
     @classmethod
@@ -235,38 +235,38 @@ class ControllerRecord(Record):
             cls.name = names[0]
 
     def law_gains(self) -> Gains:
-        """Numbers of its law, for one individual; in a population, arrays with a trailing axis."""
+        """Return the gains of the law with the numbers of this record (one individual)."""
         raise NotImplementedError
 
     def inside(self, axes: tuple[str, ...]) -> "dict[str, ControllerRecord]":
-        """Controllers that this one wraps, on a machine with these axes.
+        """Return the inner controllers of this one on a machine with these axes, by axis.
 
-        The keys are the names of the axes, or "" for a controller of all of them.
+        The key is "" for an inner controller of all axes.
         """
         return {}
 
     def without_adaptation(self) -> Self:
-        """The record without its adaptation."""
+        """Return a record whose controller does not adapt while it runs."""
         return self
 
     def structure(self) -> str:
-        """Structure as ``Genome.notation`` writes it; "": its kind has only one."""
+        """Return the structure as ``Genome.notation`` writes it; "" if the kind has only one."""
         return ""
 
     def input_range(self, limit: float | None) -> dict[str, float]:
-        """Range of each signal of an axis: to its end, or to where it alone commands the limit.
+        """Return the largest magnitude of each signal of an axis in test vectors, roughly.
 
-        "error_change" is the change of the error in a sample. Signals that are not named go to 1.
-        Test vectors go a little beyond.
+        It is the end of the signal's terms, or the value that alone commands ``limit`` (None: 1).
+        "error_change" is the change of the error in a sample. Signals without an entry go to 1.
         """
         return {}
 
     def connecting(self) -> list[str]:
-        """Facts that whoever connects its signals needs beside their meanings, a line each."""
+        """Return notes for the person who connects signals to exported code, a line each."""
         return []
 
     def controller_of(self, limits: Limits) -> Controller:
-        """Controller of a machine whose axes have these limits of their commands."""
+        """Return the controller for a machine whose axes have these limits of the command."""
         if self.controller is not None:
             controller: Controller = self.controller(limits)
             return controller
@@ -274,23 +274,23 @@ class ControllerRecord(Record):
 
     @classmethod
     def renewed(cls, data: Json, keys: list[str]) -> None:
-        """Remove from a record's ``data`` the values that are derived from these dotted keys.
+        """Remove from a record's ``data`` the values that are derived from the changed ``keys``.
 
         Raises:
-            ValueError: a key changes nothing; the line begins with it.
+            ValueError: a change of one of these dotted keys has no effect; the line begins with it.
         """
 
 
 def kinds() -> Group[Any]:
-    """Every kind by its name, from ``kinds.KINDS``."""
+    """Return all kinds by name: ``kinds.KINDS``, which this file cannot import."""
     return GROUPS["controller"]
 
 
 def require(capability: Any, design: Any, lacks: str) -> Any:
-    """Return the capability of a kind.
+    """Return ``capability``, a feature of the kind of ``design``.
 
     Raises:
-        UserError: the kind does not have it; the line names the design and what it ``lacks``.
+        UserError: it is None; the line names the design and ends with the reason ``lacks``.
     """
     if capability is None:
         raise UserError(f"design {design.name} is of kind {design.controller.kind}: {lacks}")

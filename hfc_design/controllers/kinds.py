@@ -8,12 +8,12 @@ from hfc_design.controllers.gains.genome import GainsGenome
 from hfc_design.controllers.kind import ControllerRecord, names_of
 from hfc_design.core.plugins import Group, found_in
 
-#: What has to be called, where it is not None.
+#: Attributes of a kind that must be functions, if they are not None.
 METHODS = ("law", "controller", "genome", "of_gains", "reads", "sections")
 
 
 def _fault(kind: type[ControllerRecord]) -> str | None:
-    """Line on what keeps a kind from working; None if no fault is visible at once."""
+    """Return why a kind cannot work, in a line; None if no fault is found at once."""
     settings: Any = kind.settings
     named = names_of(settings) if isinstance(settings, type) else ()
     faults = {
@@ -39,7 +39,7 @@ def _fault(kind: type[ControllerRecord]) -> str | None:
 
 KINDS: Group[type[ControllerRecord]] = Group(
     "controller",
-    (Law,),  # of which a kind is made
+    (Law,),  # ``adopt`` makes a kind of it
     "hfc_design.controllers",
     found_in(controllers, "KIND", folders=True),
     fault=_fault,

@@ -1,8 +1,8 @@
 """Degrees of a value in fuzzy terms of which at most two neighbours fire.
 
-Where the computation may depend on values (``Xp.sparse``: the runtime, code in other languages),
-only these two degrees are computed; the simulator, which steps a population at once, computes those
-of all terms. The text of a law is the same for both. Never imports JAX.
+Code that may branch on values (``Xp.sparse``: the runtime, code in other languages) computes only
+the degrees of these two terms. The simulator, which steps a population at once, computes those of
+all terms. The text of a law is the same for both. Never imports JAX.
 """
 
 import math
@@ -13,33 +13,33 @@ from hfc_design.core.numbers import Scalar, Triangles, Xp, clipped, total
 
 
 class Neighbours(NamedTuple):
-    """Two neighbouring terms, or a number for each of the two."""
+    """Two neighbouring terms with a number for each, such as its degree."""
 
-    first: Scalar  # number of the lower one, from 0 on
-    values: Sequence[Scalar]  # (2,)
+    first: Scalar  # index of the lower term, from 0 on
+    values: Sequence[Scalar]  # (2,) numbers of the lower and of the upper term
 
 
-#: Of a value in the terms of an input: of all of them, or of two.
+#: Degrees of a value in the terms of an input: in all terms, or in the two that may fire.
 Degrees: TypeAlias = "Sequence[Scalar] | Neighbours"
 
 
 class Partition(NamedTuple):
-    """Triangles in order, each over the next. The outermost are 1 beyond their centres."""
+    """Triangular terms in order, which overlap; the outermost terms are 1 beyond their centres."""
 
     centres: Sequence[Scalar]  # (n,)
-    #: (n - 1,) the right edge of the lower one where two overlap, within the centre of the upper.
+    #: (n - 1,) right edge of each term but the last, not beyond the centre of the next term.
     rights: Sequence[Scalar]
-    lefts: Sequence[Scalar]  # (n - 1,) the left edge of the upper one, likewise
+    lefts: Sequence[Scalar]  # (n - 1,) left edge of each term but the first, likewise
 
     @classmethod
     def of(cls, triangles: Triangles) -> "Partition":
-        """Partition from triangles (left, centre, right); the outermost edges are not read."""
+        """Return the partition of triangles (left, centre, right); outermost edges are ignored."""
         centres = [centre for _, centre, _ in triangles]
         rights = [right for _, _, right in triangles[:-1]]
         return cls(centres, rights, [left for left, _, _ in triangles[1:]])
 
     def triangles(self) -> tuple[tuple[Scalar, Scalar, Scalar], ...]:
-        """(n, 3) left, centre, right; the outermost edges are infinite."""
+        """Return (n, 3) left edge, centre, right edge of each term; the outermost are infinite."""
         lefts, rights = [-math.inf, *self.lefts], [*self.rights, math.inf]
         return tuple(zip(lefts, self.centres, rights, strict=True))
 
@@ -59,7 +59,7 @@ def neighbours(
     lefts: Sequence[Scalar],
     u: Scalar,
 ) -> Neighbours:
-    """The two terms of a partition that may fire, and their degrees."""
+    """Return the two terms of a ``Partition`` that may fire at the value ``u``, with degrees."""
     k = sum((u >= centre for centre in centres[1:-1]), 0)
     right, left = rights[k], lefts[k]
     lower = clipped(xp, (right - u) / (right - centres[k]), 0.0, 1.0)
@@ -79,9 +79,9 @@ def _membership(xp: Xp, terms: Partition, k: int, u: Scalar) -> Scalar:
 
 
 def evenly(xp: Xp, place: Scalar, highest: int) -> Degrees:
-    """Degrees of a ``place`` in terms at -``highest`` to ``highest``, 1 apart.
+    """Return the degrees of ``place`` in triangles with centres at -``highest`` to ``highest``.
 
-    The triangles reach to their neighbours' centres, so that the degrees add up to 1.
+    Centres are 1 apart. Triangles end at their neighbours' centres, so the degrees add up to 1.
     """
 
     if not xp.sparse:
@@ -91,7 +91,7 @@ def evenly(xp: Xp, place: Scalar, highest: int) -> Degrees:
 
 
 def even_neighbours(xp: Xp, place: Scalar, highest: int) -> Neighbours:
-    """The two of evenly spaced terms that may fire, and their degrees."""
+    """Return the two terms of ``evenly`` that may fire, with degrees."""
     last = 2 * highest - 1
     k = xp.minimum(xp.whole(place + float(highest)), last)
     degrees = _near(xp, place, k - highest), _near(xp, place, k - (highest - 1))
@@ -103,7 +103,7 @@ def _near(xp: Xp, place: Scalar, term: Scalar) -> Scalar:
 
 
 def fired(degrees: Degrees) -> Iterable[tuple[Scalar, Scalar]]:
-    """Number and degree of each term that may fire."""
+    """Return index and degree of each term in ``degrees``, thus of every term that fires."""
     if isinstance(degrees, Neighbours):
         lower, upper = degrees.values
         return [(degrees.first, lower), (degrees.first + 1, upper)]
@@ -111,7 +111,7 @@ def fired(degrees: Degrees) -> Iterable[tuple[Scalar, Scalar]]:
 
 
 def spread(degrees: Degrees, count: int) -> Sequence[Scalar]:
-    """A number for each of ``count`` terms, 0 for all but the two neighbours."""
+    """Return the degree of each of ``count`` terms, 0 for terms that ``degrees`` leaves out."""
     if not isinstance(degrees, Neighbours):
         return degrees
     values = [0.0] * count
@@ -120,17 +120,17 @@ def spread(degrees: Degrees, count: int) -> Sequence[Scalar]:
 
 
 def firing_of(degrees: Degrees) -> Scalar:
-    """The sum of all degrees."""
+    """Return the sum of all degrees."""
     return total(degree for _, degree in fired(degrees))
 
 
 def alike(degrees: Degrees, values: Sequence[Scalar]) -> Degrees:
-    """The same value for each of the terms that ``fired`` gives for ``degrees``."""
+    """Return ``values``, one for each term in ``degrees``, in the same form as ``degrees``."""
     return Neighbours(degrees.first, values) if isinstance(degrees, Neighbours) else values
 
 
 def number_of(xp: Xp, values: Degrees, k: Scalar) -> Scalar:
-    """The value of term ``k``."""
+    """Return the value of the term with index ``k``; 0 if ``values`` leaves it out."""
     if not isinstance(values, Neighbours):
         return values[k]
     lower, upper = values.values
@@ -139,7 +139,7 @@ def number_of(xp: Xp, values: Degrees, k: Scalar) -> Scalar:
 
 
 def weighted(xp: Xp, in_row: Degrees, in_column: Degrees, table: Any) -> Scalar:
-    """Sum of a table's numbers, each times the degrees of its row and of its column."""
+    """Return the sum of a table's numbers, each times the degrees of its row and its column."""
     rows = xp.table(table) if xp.sparse else table
     return xp.total(
         row * xp.total(column * rows[i][j] for j, column in fired(in_column))
@@ -155,7 +155,7 @@ def changed(
     of_row: Callable[[Scalar], Scalar],
     function: Callable[..., Scalar],
 ) -> Any:
-    """A table whose numbers are changed where their row and their column fire.
+    """A table whose numbers are changed if both their row and their column fire.
 
     ``function`` computes the new number from three values: ``of_row`` of the degree of its row, the
     degree of its column, and the old number. It must not change a number whose row or column does

@@ -1,4 +1,4 @@
-"""Genome of a controller that consists of others: their genomes side by side."""
+"""Genome of a controller that consists of other controllers: their genomes side by side."""
 
 import math
 from collections.abc import Sequence
@@ -11,24 +11,24 @@ from hfc_design.controllers.kind import Target, kinds
 from hfc_design.core.numbers import Floats, Gains, Integers, Own
 from hfc_design.core.records import UserError
 
-#: ``Genome.stages``.
+#: Type of ``Genome.stages``.
 Stages: TypeAlias = tuple[tuple[float, bool], ...]
-#: Structures of all parts together, at most; each is an island of a search.
+#: Largest number of combinations of structures; each combination is an island of a search.
 MOST = 20_000
 
 
 class ProductPopulation(NamedTuple):
-    """n individuals; every array carries them in its leading axis."""
+    """n individuals; the first dimension of every array counts the individuals."""
 
-    tree: Integers  # (n,) the structures of all parts as one number
+    tree: Integers  # (n,) number of the combination of structures of all parts
     parts: tuple[Members, ...]  # the population of each part
 
 
 class ProductGenome(Genome):
-    """Operations of a search on ``ProductPopulation``; each kind adds the controller that it makes.
+    """Operations of a search on ``ProductPopulation``; the genome of each kind adds ``record``.
 
     Raises:
-        UserError: the parts have too many structures together.
+        UserError: the structures of the parts have too many combinations.
     """
 
     def __init__(self, settings: Own, target: Target, parts: Sequence[Any], key: str):
@@ -37,7 +37,7 @@ class ProductGenome(Genome):
         self.parts = parts
         self.counts = [genome.structures for genome in parts]
         self.stages = _together([genome.stages for genome in parts])
-        self.structures = math.prod(self.counts)  # every combination
+        self.structures = math.prod(self.counts)  # number of combinations
         if self.structures > MOST:
             raise UserError(
                 f"controller.{key}: must have at most {MOST} structures together (got "
@@ -45,7 +45,7 @@ class ProductGenome(Genome):
             )
 
     def stage(self, number: int, about: ProductPopulation | None) -> Stage:
-        """Coordinates of every part in its stage, in a row, scaled to the smallest of steps."""
+        """Return a stage with the coordinates of all parts in a row, all with the smallest step."""
         parts = about.parts if about is not None else (None,) * len(self.parts)
         numbers = [min(number, len(genome.stages) - 1) for genome in self.parts]
         each = self.each("stage", numbers, parts)
@@ -62,49 +62,49 @@ class ProductGenome(Genome):
         return Stage(np.concatenate([stage.start for stage in each]) / wider, step, members)
 
     def trees(self, tree: Integers) -> tuple[Integers, ...]:
-        """The structure of each part, (n,)."""
+        """Return for each part its structures (n,) in the combinations ``tree`` (n,)."""
         return np.unravel_index(tree, self.counts)
 
     def each(self, what: str, *parts: Any, shared: tuple[Any, ...] = ()) -> tuple[Any, ...]:
-        """Call the method ``what`` of every part's genome with own and shared arguments."""
+        """Call the method ``what`` of every part with its element of ``parts``, then ``shared``."""
         every = zip(self.parts, *parts, strict=True)
         return tuple(getattr(genome, what)(*args, *shared) for genome, *args in every)
 
     def empty(self) -> ProductPopulation:
-        """One individual of each combination."""
+        """Return one individual of each combination of structures."""
         tree = np.arange(self.structures)
         return ProductPopulation(tree, tuple(map(taken, self.each("empty"), self.trees(tree))))
 
     def fresh(self, tree: Integers, rng: np.random.Generator) -> ProductPopulation:
-        """First individuals with the given structures."""
+        """Return first individuals with the given combinations of structures (n,)."""
         return ProductPopulation(tree, self.each("fresh", self.trees(tree), shared=(rng,)))
 
     def mutated(
         self, population: ProductPopulation, step: Floats, rng: np.random.Generator
     ) -> ProductPopulation:
-        """The individuals changed by relative steps (n,)."""
+        """Return the individuals with random changes; ``step`` (n,) is their relative size."""
         parts = self.each("mutated", population.parts, shared=(step, rng))
         return population._replace(parts=parts)
 
     def blended(
         self, one: ProductPopulation, other: ProductPopulation, share: Floats
     ) -> ProductPopulation:
-        """``one`` moved by ``share`` (n,) of the way to ``other``."""
+        """Return the individuals ``one``, moved by ``share`` (n,) of the way to ``other``."""
         return one._replace(parts=self.each("blended", one.parts, other.parts, shared=(share,)))
 
     def nudged(self, population: ProductPopulation, rng: np.random.Generator) -> ProductPopulation:
-        """The individuals with some numbers of each part changed by about a millionth."""
+        """Return the individuals with some numbers of each part changed by about a millionth."""
         return population._replace(parts=self.each("nudged", population.parts, shared=(rng,)))
 
     def gains(self, population: ProductPopulation) -> Gains:
-        """The gains of each part."""
+        """Return the gains of each part."""
         return self.each("gains", population.parts)
 
 
 def _together(each: Sequence[Stages]) -> Stages:
-    """The stages of the part that has the most, none where a part has none.
+    """Return as many stages as the part with most stages has; () if any part has none.
 
-    Others stay in their last one; structures compete where those of any part do.
+    Parts with fewer stages repeat their last one. Structures compete if those of any part do.
     """
     if not all(each):
         return ()
@@ -115,12 +115,12 @@ def _together(each: Sequence[Stages]) -> Stages:
 
 
 class WrapperGenome(ProductGenome):
-    """Genome of a controller around others: its parts are ``inner``, and numbers of its own."""
+    """Genome of a controller around inner ones: their genome, and that of its own gains."""
 
     def __init__(self, settings: Any, target: Target, outer: Genome):
         inner = kinds().get(settings.inner.kind).genome(settings.inner, target)
         super().__init__(settings, target, [inner, outer], "inner")
 
     def notation(self, structure: int) -> str:
-        """Notation of the controller inside."""
+        """Return the notation of the structure of the inner controller."""
         return str(self.parts[0].notation(structure))

@@ -1,7 +1,7 @@
 """Rule tables in the form that every format and every explanation uses, for all kinds.
 
 Names and labels are identifiers (``records.Label``, ``records.Name``), everything else is a
-number, so that nothing a user wrote freely gets into a generated file. Never imports JAX.
+number, so that no free text of a user gets into a generated file. Never imports JAX.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -15,7 +15,7 @@ Rows = list[list[str]]
 
 
 class FlatGaussian(NamedTuple):
-    """1 from ``low`` to ``high``, Gaussian tails of width ``sigma`` beyond them (LL eq. 3)."""
+    """Term with degree 1 from ``low`` to ``high`` and Gaussian tails of ``sigma`` (LL eq. 3)."""
 
     label: str
     low: float
@@ -24,7 +24,7 @@ class FlatGaussian(NamedTuple):
 
 
 class Triangle(NamedTuple):
-    """JK04 eq. 1; an outermost term is 1 beyond its centre, where its edge is infinite."""
+    """Triangular term (JK04 eq. 1); an outermost one is 1 beyond its centre, its edge infinite."""
 
     label: str
     left: float
@@ -36,56 +36,56 @@ Term = FlatGaussian | Triangle
 
 
 class RuleUnit(NamedTuple):
-    """A two-input unit: product, weighted average of singletons."""
+    """Fuzzy unit of two inputs; its output is a weighted average of numbers (singletons)."""
 
-    name: str  # identifier
-    column: str  # identifier of what it reads: a signal or an earlier unit
-    row: str
+    name: str  # identifier of the unit and of its output
+    column: str  # identifier of the input of the columns: a signal or an earlier unit
+    row: str  # identifier of the input of the rows
     column_terms: tuple[Term, ...]
     row_terms: tuple[Term, ...]
-    table: RuleTable  # [row term][column term]
-    #: The same of names of singletons that rules share; None: each rule has one of its own.
+    table: RuleTable  # singletons [row term][column term]
+    #: Name of each singleton [row term][column term], if rules share singletons; else None.
     labels: Sequence[Sequence[str]] | None = None
-    engine: str = ""  # identifier of the system of both inputs and the output; "": the name
-    #: Of those inputs and outputs, by their names, that have had one where the unit comes from.
+    engine: str = ""  # identifier of the fuzzy system in a file; "": the name of the unit
+    #: Name of an input or output -> its range in the file that the unit was imported from.
     ranges: Mapping[str, tuple[float, float]] = {}
 
 
 class RuleBase(NamedTuple):
-    """Rule tables and signals that a kind with rules gives to the formats."""
+    """Functions that give the rule tables of a kind's records to the formats."""
 
-    #: Units in evaluation order, the last one gives the output.
+    #: Units in the order of their evaluation; the last one gives the output.
     units: Callable[[Own], list[RuleUnit]]
-    #: Names of the inputs, in the order in which the wiring numbers them.
+    #: Names of the inputs, in the order in which a MATLAB file numbers them.
     inputs: Callable[[Own], list[str]]
-    #: (record, units of signals) -> what a command takes beside the units, steps in words.
+    #: (record, units of the signals) -> everything besides the units that a command depends on.
     about: Callable[[Own, dict[str, str]], Json]
-    #: What a reader of a unit's file has to know.
+    #: Lines that a reader of a unit's file has to know.
     notes: Callable[[Own], list[str]]
-    #: Rule tables as CSV: name of a file -> its rows.
+    #: Rule tables as CSV files: name of a file -> its rows.
     tables: Callable[[Own], dict[str, Rows]]
 
 
 def range_of(triangles: Sequence[tuple[float, float, float]]) -> tuple[float, float]:
-    """Range of an input: its outermost centres, extended by the inner widths of their terms."""
+    """Return an input's range: the outermost centres, moved out as far as to their inner edges."""
     (_, lowest, right), (left, highest, _) = triangles[0], triangles[-1]
     return 2.0 * lowest - right, 2.0 * highest - left
 
 
 def spread(table: RuleTable) -> tuple[float, float]:
-    """Range of a weighted average of the table, widened if it is a single number."""
+    """Return the range of the weighted averages of a table; it is never empty."""
     values = [value for row in table for value in row]
     lowest, highest = min(values), max(values)
     return (lowest, highest) if lowest < highest else (lowest - 1.0, highest + 1.0)
 
 
 def numbered(row: int, column: int) -> str:
-    """Name of a rule's singleton that has none of its own, from the places of its terms."""
+    """Return a name for the singleton of a rule without a name, from the indices of its terms."""
     return f"u{row + 1}_{column + 1}"
 
 
 def identifier(name: str) -> str:
-    """A name of a design file as an identifier that every target language accepts."""
+    """Return a name of a design file as an identifier that every target language accepts."""
     return "".join(c if c.isascii() and c.isalnum() else "_" for c in name)
 
 
@@ -96,13 +96,13 @@ def rows_of(
     table: Iterable[Iterable[object]],
     text: Callable[[object], str] = repr,
 ) -> Rows:
-    """A rule table with its labels."""
+    """Return the rows of a CSV file: a rule table with its labels, and a text in the corner."""
     rows = [[label, *map(text, row)] for label, row in zip(row_labels, table, strict=True)]
     return [[corner, *column_labels], *rows]
 
 
 def side(name: str, value: float, labels: Sequence[str], degrees: Iterable[float]) -> Json:
-    """An input of a unit at a sample: its value and the degrees of its terms."""
+    """Return an input of a unit in a sample: its name, its value and the degrees of its terms."""
     pairs = zip(labels, map(float, degrees), strict=True)
     return {"input": name, "value": float(value), "degrees": dict(pairs)}
 
@@ -115,7 +115,7 @@ def fired(
     output: float,
     labels: Sequence[Sequence[str]] | None = None,
 ) -> Json:
-    """One unit with the rules that fire, the strongest first; its inputs are made by ``side``."""
+    """Return a unit in a sample: inputs (from ``side``), output, firing rules, strongest first."""
     in_column, in_row = (np.array(list(side["degrees"].values())) for side in (column, row))
     strength = np.outer(in_row, in_column)
     total = float(strength.sum())

@@ -1,6 +1,6 @@
-"""The surface of a two-input unit: its pictures, and the numbers that show which rules fire on it.
+"""Surface of a fuzzy unit with two inputs: pictures of it, and numbers for a cursor.
 
-The numbers are part of a report, where a script moves a cursor over the picture.
+In a report the user moves a cursor over the picture; a script shows which rules fire there.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -20,14 +20,14 @@ from hfc_design.plotting.section import Drawing, Drawn
 class Side(NamedTuple):
     """One input of a unit, as an axis of its surface."""
 
-    name: str  # for people
-    unit: str
-    ends: tuple[float, float]  # of the picture, in that unit
-    enters: float = 1.0  # what enters the unit for 1 of that
+    name: str  # name of the input in texts
+    unit: str  # physical unit of the axis
+    ends: tuple[float, float]  # ends of the axis, in this physical unit
+    enters: float = 1.0  # factor from values on the axis to values that the fuzzy unit reads
 
     @property
     def label(self) -> str:
-        """Name and unit."""
+        """Name and physical unit, as the label of the axis."""
         return f"{self.name} [{self.unit}]"
 
     @property
@@ -39,29 +39,29 @@ class Side(NamedTuple):
 class Surface(NamedTuple):
     """Output of a unit over its two inputs."""
 
-    title: str  # stands above
-    unit: RuleUnit  # its terms are of what enters
+    title: str  # title above the picture
+    unit: RuleUnit  # its terms are in values that the unit reads, see ``Side.enters``
     column: Side
     row: Side
-    said: str  # name of the output and its unit
-    #: (column (columns,), row (rows, 1)) as they enter -> output (rows, columns), by the law.
+    said: str  # name of the output, with its physical unit in brackets
+    #: (column (columns,), row (rows, 1)) as the unit reads them -> output (rows, columns).
     law: Callable[[Floats, Floats], Floats]
-    #: What of the command an output of 1 is, and its unit; None: nothing that can be said so.
+    #: Command for an output of 1, and the unit of the command; None: not known, or the same.
     worth: tuple[float, str] | None = None
 
     def values(self) -> Floats:
-        """(rows, columns) output at the points of both sides."""
+        """Return the output (rows, columns) at the points of both sides."""
         column, row = self.column, self.row
         return self.law(column.enters * column.points, row.enters * row.points[:, None])
 
 
 def flat(surface: Surface) -> Figure:
-    """The surface in colours."""
+    """Draw the surface in colours."""
     return _figure(units.surface, surface)
 
 
 def solid(surface: Surface) -> Figure:
-    """The surface in three dimensions."""
+    """Draw the surface in three dimensions."""
     return _figure(units.solid, surface)
 
 
@@ -73,7 +73,7 @@ def _figure(draw: Callable[..., Figure], surface: Surface) -> Figure:
 
 
 def pictures(surfaces: Mapping[str, Callable[[], Surface]]) -> dict[str, dict[str, Drawn]]:
-    """Pictures of surfaces for ``Kind.pictures``, by the names of the units."""
+    """Return the entries for ``ControllerRecord.pictures``: {picture: {name of a unit: Drawn}}."""
     return {
         what: {name: partial(_of, draw, made) for name, made in surfaces.items()}
         for what, draw in (("surface", flat), ("surface-3d", solid))
@@ -85,7 +85,7 @@ def _of(draw: Callable[[Surface], Figure], made: Callable[[], Surface]) -> Figur
 
 
 def drawing(surface: Surface, caption: str) -> Drawing:
-    """Picture with a cursor on it, for a report."""
+    """Return a picture for a report, with the numbers for a cursor."""
     figure, said = flat(surface), surface.said.partition(" [")[0]
     title = surface.title[0].upper() + surface.title[1:]
     place = figure.axes[0].get_position()
@@ -106,7 +106,7 @@ def drawing(surface: Surface, caption: str) -> Drawing:
 
 
 def _side(side: Side, terms: Sequence[Term]) -> Json:
-    """An edge that is infinite is null."""
+    """Return a side and its terms as JSON; an infinite edge is None."""
     term_data = [
         {key: x if isinstance(x, str) or isfinite(x) else None for key, x in fields.items()}
         for fields in (term._asdict() for term in terms)

@@ -1,7 +1,7 @@
-"""Named arrays in one file: an .npz of NumPy that ends with a digest of itself.
+"""Named arrays in one file: an .npz of NumPy that ends with a digest of all bytes before it.
 
-Nothing that a file says about itself is used before it has been compared with the file, so that no
-file takes more memory than its length, and none is ever unpickled.
+The sizes in a file's headers are checked before they are used, so that no file takes more memory
+than its length (a compressed file: more than a given limit). No content is ever unpickled.
 """
 
 import ast
@@ -14,22 +14,22 @@ from hashlib import sha256
 import numpy as np
 
 Arrays = dict[str, np.ndarray]
-#: Letters of the digest, which stands where a zip file has its comment.
+#: Characters of the digest, which stands where a zip file has its comment.
 DIGEST = 64
-#: More arrays than this no search has.
+#: Most arrays in a file; no search has more.
 MOST_MEMBERS = 1000
-#: What an array may hold: truths, numbers of up to 64 bits or two of them, texts.
+#: Types of NumPy that an array may have: bools, numbers of 64 bits or complex ones of 128, texts.
 CODES = "?bBhHiIlLqQefdFDSU"
 SUFFIX = ".npy"
-#: How members may be packed: as here, or as in NumPy's files too.
+#: Allowed compression of members: none, as in files of ``packed``; also deflate, as NumPy has it.
 STORED = frozenset({zipfile.ZIP_STORED})
 DEFLATED = STORED | {zipfile.ZIP_DEFLATED}
-#: Versions of an array's header, in which letters each is, and the longest [bytes].
+#: Version of an array's header -> its encoding; length of the longest header [bytes].
 VERSIONS, LONGEST = {b"\1\0": "latin-1", b"\2\0": "latin-1", b"\3\0": "utf-8"}, 10_000
 
 
 def packed(arrays: Arrays) -> bytes:
-    """The content of the file."""
+    """Return the content of a file with these arrays and the digest."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w") as archive:
         for name, array in arrays.items():
@@ -40,12 +40,12 @@ def packed(arrays: Arrays) -> bytes:
 
 
 def is_whole(content: bytes) -> bool:
-    """Whether the content is unchanged since ``packed`` made it."""
+    """Return whether the content is unchanged since ``packed`` made it."""
     return content[-DIGEST:] == sha256(content[:-DIGEST]).hexdigest().encode()
 
 
 def unpacked(content: bytes) -> Arrays:
-    """The arrays in the content of a file, with a digest or without.
+    """Return the arrays in the content of a file, which need not have a digest.
 
     Raises:
         Exception: whatever ``zipfile`` and NumPy raise for other content, and ValueError.
@@ -58,7 +58,7 @@ def unpacked(content: bytes) -> Arrays:
 
 
 def arrays(content: bytes, largest: int, packing: frozenset[int]) -> Arrays:
-    """Arrays in an .npz file of any program, which together unpack to at most ``largest`` bytes.
+    """Return the arrays in an .npz file of any program, which unpacks to ``largest`` bytes at most.
 
     Raises:
         Exception: as in ``unpacked``.
@@ -79,17 +79,17 @@ def arrays(content: bytes, largest: int, packing: frozenset[int]) -> Arrays:
             raise ValueError(f"its members are larger than {largest / 1e6:.3g} MB")
         loaded = {}
         for member in members:
-            with archive.open(member) as stream:  # read() would unpack all before it looks
+            with archive.open(member) as stream:  # read() without a size would unpack everything
                 content = stream.read(member.file_size)
             loaded[member.filename.removesuffix(SUFFIX)] = array_of(content)
         return loaded
 
 
 def array_of(content: bytes) -> np.ndarray:
-    """The array in the content of an .npy file, without a copy.
+    """Return the array in the content of an .npy file, without a copy.
 
     Raises:
-        ValueError: it is not an array, holds objects, or is longer or shorter than it says.
+        ValueError: it is not an array, holds objects, or its length does not fit its header.
     """
     try:
         with warnings.catch_warnings():
@@ -110,7 +110,7 @@ def array_of(content: bytes) -> np.ndarray:
 
 
 def _header(content: bytes) -> tuple[int, tuple[int, ...], bool, np.dtype]:
-    """Start of the data, shape, whether columns come first, type."""
+    """Return start of the data, shape, whether the first index runs fastest, type; ValueError."""
     version, width = content[6:8], 2 if content[6] == 1 else 4
     begin = 8 + width + int.from_bytes(content[8 : 8 + width], "little")
     if content[:6] != b"\x93NUMPY" or version not in VERSIONS or begin > LONGEST:

@@ -10,13 +10,13 @@ from hfc_design.core.records import UserError, option
 
 
 def check_type(thing: Any, kinds: type | tuple[type, ...], what: str) -> None:
-    """Check that ``thing`` is of one of the ``kinds``; UserError: it is not a ``what``."""
+    """Check the class of an argument; UserError: it is not ``what`` (a text for the message)."""
     if not isinstance(thing, kinds):
         raise UserError(f"argument must be {what} (got {a_kind(thing)})")
 
 
 def path_of(place: Any) -> Path:
-    """Path from an argument of a script; UserError: it is not a path."""
+    """Return an argument of a script as a path; UserError: it is not a path."""
     check_type(place, (str, PathLike), "the path of a file or folder")
     return Path(place)
 
@@ -24,7 +24,7 @@ def path_of(place: Any) -> Path:
 def check_whole(name: str, given: Any, low: int, high: int | None = None) -> None:
     """Check for a whole number from ``low`` to ``high``; UserError: it is another value.
 
-    ``name`` is that of the argument. True is not accepted as a number.
+    ``name`` is the name of the argument. True and False are not accepted as numbers.
     """
     if isinstance(given, bool) or not isinstance(given, Integral):
         raise UserError(f"{option(name, given)}: must be a whole number")
@@ -58,6 +58,6 @@ def check_share(name: str, given: Any, **names: str) -> None:
 
 
 def a_kind(thing: Any) -> str:
-    """Type of a value, in words: ``a Design``, ``an int``."""
+    """Return the class of a value in words: ``a Design``, ``an int``."""
     name = type(thing).__name__
     return f"{'an' if name[0] in 'AEIOUaeiou' else 'a'} {name}"

@@ -19,11 +19,11 @@ from hfc_design.core.numbers import Floats, Integers, Mask
 from hfc_design.core.records import RunError, writing
 
 FORMAT = "hfc-checkpoint-3"
-#: Older formats. Of their origin they contain only the text of config.toml; in the first one a
-#: failed candidate has the score 0, every other one more.
+#: Older formats, with the text of config.toml in place of ``made_by``. In the first one a failed
+#: candidate has the score 0, and every other candidate a larger score.
 EARLIER = "hfc-checkpoint-1", "hfc-checkpoint-2"
 CONFIG = "config.toml"
-#: Kinds of numbers that are one of Python's, and that an array of a search has.
+#: Type of a field, a Python number or an array -> kinds (``dtype.kind``) that fit it.
 NUMBERS = {bool: "b", int: "biu", float: "biuf"}
 ARRAYS = {Floats: "f", Integers: "i", Mask: "b"}
 
@@ -37,7 +37,7 @@ def write_whole(path: Path, content: bytes) -> None:
     """
     temporary = path.with_name(secrets.token_hex(8).join(TEMPORARY))
     with writing(path):
-        with temporary.open("xb") as file:  # never what somebody else has put or linked there
+        with temporary.open("xb") as file:  # x: never a file or link that is there already
             try:
                 file.write(content)
                 file.flush()
@@ -57,14 +57,14 @@ def synced(folder: Path) -> None:
     try:
         os.fsync(descriptor)
     except OSError as error:
-        if error.errno != errno.EINVAL:  # a file system that cannot
+        if error.errno != errno.EINVAL:  # a file system that cannot do this
             raise
     finally:
         os.close(descriptor)
 
 
 def tidy(folder: Path) -> None:
-    """Remove half-written files of killed processes; no other process may be writing there."""
+    """Remove half-written files of killed processes; no other process may write into the folder."""
     for half in folder.glob("*".join(TEMPORARY)):
         with suppress(OSError):
             if half.is_dir() and not half.is_symlink():
@@ -97,7 +97,7 @@ def corrupt_as_error(path: Path) -> Iterator[None]:
 
 
 def read(path: Path, largest: int) -> tuple[dict[str, str], archive.Arrays]:
-    """Read a file of at most ``largest`` bytes: the versions that made the search, and its arrays.
+    """Return ``made_by`` and the arrays of a search from a file of at most ``largest`` bytes.
 
     Raises:
         RunError: its format is unknown.
@@ -121,10 +121,9 @@ def read(path: Path, largest: int) -> tuple[dict[str, str], archive.Arrays]:
 
 
 def record_of(kind: type, fields: dict[Any, Any], arrays: archive.Arrays) -> Any:
-    """Return the arrays as a record of records of a ``kind``.
+    """Return the arrays as a record of the class ``kind``, whose fields may be records.
 
-    ``fields``: the types of some of its fields, by name or annotation, or a record with the same
-    structure.
+    ``fields``: name or annotation of a field -> its type, or a record of the same structure.
 
     Raises:
         ValueError, KeyError: an array does not fit such a record, is missing or is unknown.
@@ -137,18 +136,18 @@ def record_of(kind: type, fields: dict[Any, Any], arrays: archive.Arrays) -> Any
 
 
 def digest(content: bytes) -> str:
-    """Digest that distinguishes a content from every other."""
+    """Return the SHA-256 digest of a content."""
     return sha256(content).hexdigest()
 
 
 def _named(record: tuple[Any, ...]) -> dict[str, Any]:
-    """The parts of a record, or of a tuple by their numbers."""
+    """Return name -> field of a record, or index (as text) -> element of a tuple."""
     names = getattr(record, "_fields", map(str, range(len(record))))
     return dict(zip(names, record, strict=True))
 
 
 def flat(record: Any, prefix: str = "") -> list[tuple[str, np.ndarray]]:
-    """Every array of a record of records with its name, as in "population.tree"."""
+    """Return (name, array) of every array of a record of records, as "population.tree"."""
     if not isinstance(record, tuple):
         return [(prefix.rstrip("."), np.asarray(record))]
     parts = _named(record).items()
@@ -156,7 +155,7 @@ def flat(record: Any, prefix: str = "") -> list[tuple[str, np.ndarray]]:
 
 
 def _built(like: Any, prefix: str, arrays: dict[str, np.ndarray], known: dict[Any, Any]) -> Any:
-    """An object of the type ``like``, or built like that record: tuples of tuples of arrays."""
+    """Build an object from ``arrays``: of the type ``like``, or structured like that record."""
     if isinstance(like, tuple):
         kind, parts = type(like), _named(like)
     elif hasattr(like, "_fields"):
@@ -164,7 +163,7 @@ def _built(like: Any, prefix: str, arrays: dict[str, np.ndarray], known: dict[An
         kind, parts = like, {key: known.get(key, known.get(hint, hint)) for key, hint in hints}
     else:
         name, is_number = prefix.rstrip("."), isinstance(like, type) and like in NUMBERS
-        # In another order products of matrices would round in another way.
+        # With another memory order, products of matrices would round in another way.
         value = np.asarray(arrays.pop(name), order="C")
         if not _fits(value, like):
             raise ValueError(f"{name} does not belong to such a search")
@@ -174,7 +173,7 @@ def _built(like: Any, prefix: str, arrays: dict[str, np.ndarray], known: dict[An
 
 
 def _fits(value: np.ndarray, like: Any) -> bool:
-    """Whether a value is of the type ``like``, or made of such elements as that array."""
+    """Return whether a value has the type ``like``, or elements as those of the array ``like``."""
     if isinstance(like, np.ndarray):
         same = value.ndim == like.ndim and value.shape[1:] == like.shape[1:]
         real = value.dtype.kind in NUMBERS[float]

@@ -20,15 +20,15 @@ from rich.text import Text
 
 from hfc_design.core.tables import Table
 
-#: Columns of a terminal; fewer than the first are none, and the second are taken.
+#: A terminal that claims fewer columns than the first number is taken to have the second.
 NARROWEST, USUAL = 20, 80
-#: Columns of a terminal -> letters of its bar.
+#: Least number of columns of a terminal -> characters of its progress bar.
 BARS = {60: 10, 100: 20}
-#: Interval of the lines without a progress bar [s].
+#: Interval of the lines that are printed if there is no progress bar [s].
 EVERY = 5.0
-#: Letters that a last column of words has at least.
+#: Least width of a last column of words [characters].
 LEAST = 16
-#: Part of a head that is not broken.
+#: A part of a column's head that stays in one line.
 WORD = re.compile(r"[^\s-]+-*|-+")
 #: Letters that some terminals lack, and what is shown for them.
 PLAIN = str.maketrans({"–": "-", "µ": "u", "±": "+-", "∞": "inf"})
@@ -43,29 +43,29 @@ def terminal(stderr: bool = False) -> Console:
 
 
 def room() -> int:
-    """Number of characters in a line of text: the width of the terminal, 80 at most."""
+    """Return the width of a line of text [characters]: that of the terminal, 80 at most."""
     return min(terminal().width, 80)
 
 
 def busy(what: str) -> AbstractContextManager[object]:
-    """Show on a terminal what takes a while without countable steps; nothing elsewhere."""
+    """Show the text ``what`` and a spinner while work is done; on a terminal only."""
     console = terminal(stderr=True)
     if not console.is_terminal:
         return nullcontext()
-    # What is printed meanwhile stays where it goes, a pipe perhaps.
+    # Rich must not redirect what is printed meanwhile, which may go to a pipe.
     no_redirect: dict[str, Any] = {"redirect_stdout": False, "redirect_stderr": False}
     return Live(Spinner("dots", what), console=console, transient=True, **no_redirect)
 
 
 class Fitting(ProgressColumn):
-    """Progress text for a line: the count, the time left, then as much of the rest as fits."""
+    """A line of progress: count, bar, as many parts of the text ``line`` as fit, and time left."""
 
     def __init__(self, console: Console):
         super().__init__(Column(no_wrap=True))
         self._console = console
 
     def render(self, task: Task) -> Text:
-        """The line."""
+        """Return the line, for the width of the terminal."""
         width = self._console.width
         first = f"{task.description} {task.completed:.0f}/{task.total or 0:.0f}"
         last = f"{_clock(task.time_remaining)} left"
@@ -91,7 +91,7 @@ def _bar(task: Task, length: int) -> Text:
 
 
 def _clock(seconds: float | None) -> str:
-    """Hours, minutes and seconds; dashes while unknown."""
+    """Return ``seconds`` as hours, minutes and seconds; dashes if they are unknown."""
     if seconds is None:
         return "-:--:--"
     minutes, rest = divmod(round(seconds), 60)
@@ -99,9 +99,9 @@ def _clock(seconds: float | None) -> str:
 
 
 class ProgressBar:
-    """A bar on a terminal, lines elsewhere; both on stderr.
+    """A progress bar if stderr is a terminal, else lines on stderr.
 
-    ``line`` is shown beside it, the most important parts first, separated by two blanks.
+    The bar shows ``line`` too: parts separated by two blanks, the most important part first.
     """
 
     def __init__(self, task: str, total: int, line: str = ""):
@@ -120,7 +120,7 @@ class ProgressBar:
         self._bar.stop()
 
     def show(self, **fields: Any) -> None:
-        """Update the bar: ``completed``, ``description``, or the ``line`` behind its counts."""
+        """Update the bar: ``completed`` steps, ``description``, or the ``line`` after the count."""
         self._bar.update(self._task, **fields)
 
     def say(self, line: str) -> None:
@@ -130,14 +130,14 @@ class ProgressBar:
 
 
 class MachinesBar(ProgressBar):
-    """Progress of the simulated machines; elsewhere a line every few seconds."""
+    """Progress of the simulation of machines: a bar, or a line every ``EVERY`` seconds."""
 
     def __init__(self) -> None:
         super().__init__("compiling", 1, "machines")
         self._said = time.monotonic()
 
     def chunk(self, what: str, done: int, total: int) -> None:
-        """Show the number of finished machines."""
+        """Show that ``done`` of ``total`` machines are finished; ``what`` is the work."""
         self.show(description=what, completed=done, total=total)
         if time.monotonic() - self._said > EVERY:
             self.say(f"{done}/{total} machines  {what}")
@@ -145,7 +145,7 @@ class MachinesBar(ProgressBar):
 
 
 def say(*lines: str) -> None:
-    """Print lines of text with characters that every terminal has, wrapped to its width."""
+    """Print texts in characters that every terminal has, wrapped to the width of the terminal."""
     for line in lines:
         print(fill(_plain(line), room(), break_on_hyphens=False, break_long_words=False))
 
@@ -158,11 +158,11 @@ def _plain(text: str) -> str:
 
 
 def show(*tables: Table) -> None:
-    """Print tables: each one's title or caption, its columns, its lines.
+    """Print tables: of each the title above or the caption below, its columns, its lines.
 
-    No cell is cut: the first column is wrapped where that helps, and a last column of words takes
-    the rest of the width. Columns that do not fit beside the first ones, of words, are printed in
-    further tables below; the first ones may take half of the width then.
+    No cell is cut: the first column is wrapped if that helps, and a last column of words takes the
+    rest of the width. Columns that do not fit are printed in further tables below. Each of these
+    begins with the first column (or the first two, of words), then at most half the width wide.
     """
     for k, table in enumerate(one for one in tables if one.rows or one.lines):
         if k:
@@ -197,7 +197,7 @@ def _columns(table: Table) -> Iterator[_Column]:
 
 
 def _narrow(column: _Column) -> _Column:
-    """The column with its head wrapped to the width of its cells."""
+    """Return the column with its head wrapped to the width of its cells."""
     lines = [line for cell in column.cells for line in cell.plain.split("\n")]
     width = max(map(cell_len, [*lines, *WORD.findall(column.head)]), default=1)
     return column._replace(head=fill(column.head, width), width=width)

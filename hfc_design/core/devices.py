@@ -1,6 +1,6 @@
-"""Setup of JAX: CPU cores as devices, float64 allowed, compiled programs kept.
+"""Setup of JAX: CPU cores as devices, float64 allowed, compiled programs kept on the disk.
 
-Import this before anything starts JAX; afterwards it still works, but slower, and it says so.
+``configure`` must run before anything starts JAX. If it runs later, it warns: JAX is then slower.
 """
 
 import itertools
@@ -16,10 +16,10 @@ from hfc_design.core.numbers import FEWEST_DEVICES
 from hfc_design.core.records import UserError
 
 _LOOPS = (
-    # Loops below this many bytes are compiled into one function instead of one call an operation.
-    # With it a step of 16 individuals costs as little per individual as one of 512.
+    # A loop below this many bytes is compiled into one function, not into a call per operation.
+    # A step of 16 individuals then costs as little per individual as a step of 512.
     "xla_cpu_small_while_loop_byte_threshold=1000000000",
-    # A step of four vectors is half as much code, which then fits the first cache.
+    # With these, a step of four vectors is half as much code, which fits the first-level cache.
     "xla_cpu_disable_loop_unrolling",
     "xla_cpu_disable_slp_vectorizer",
 )
@@ -45,30 +45,30 @@ def configure() -> None:
         except RuntimeError:
             warnings.warn(LATE, stacklevel=2)
     if config.jax_compilation_cache_dir is None:
-        base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"  # the user's
+        base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"  # of the user
         config.update("jax_compilation_cache_dir", str(Path(base) / "hfc-design" / "xla"))
         config.update("jax_persistent_cache_min_compile_time_secs", 0.5)
 
 
-#: Linux kills a process that maps more pieces of memory than the second file says.
+#: Files: memory maps of this process, and the most that Linux allows (with more, it kills it).
 MAPPED, MOST_MAPPED = Path("/proc/self/maps"), Path("/proc/sys/vm/max_map_count")
-#: A simulation in so many looks whether there is room.
+#: Only every so many simulations ``make_room`` counts the maps.
 SELDOM = 32
 _SIMULATIONS = itertools.count()
 
 
 def make_room() -> None:
-    """Forget compiled programs now and then, if a process has hundreds of them.
+    """Forget all compiled programs if they use half of the memory maps; called at each simulation.
 
-    Each takes 100 to 200 memory maps, of 65,530 by default; a program that is needed again comes
-    from the disk.
+    A program takes 100 to 200 maps; Linux allows 65,530 by default. A forgotten program that is
+    needed again is loaded from the disk.
     """
     if next(_SIMULATIONS) % SELDOM == 0 and crowded():
         jax.clear_caches()
 
 
 def crowded() -> bool:
-    """Whether half of the memory maps of a process are used; False on systems without a count."""
+    """Return whether over half of the allowed memory maps are used; False if there is no count."""
     try:
         most = int(MOST_MAPPED.read_text())
         with MAPPED.open() as lines:
@@ -78,14 +78,14 @@ def crowded() -> bool:
 
 
 def compiler_options() -> dict[str, int]:
-    """Options of every compiled loop: 512-bit vectors, where the processor has them.
+    """Return the compiler options of every loop: on a CPU, 512-bit vectors where it has them.
 
     Raises:
         UserError: JAX has nothing to compute on.
     """
     try:
         backend = jax.default_backend()
-    except (RuntimeError, AssertionError) as error:  # a platform without its plug-in: the latter
+    except (RuntimeError, AssertionError) as error:  # the latter: the platform has no plug-in
         wanted = f"JAX_PLATFORMS={os.environ.get('JAX_PLATFORMS', '')}"
         raise UserError(f"{wanted}: JAX cannot start: {error}".removesuffix(": ")) from None
     return {"xla_cpu_prefer_vector_width": 512} if backend == "cpu" else {}

@@ -1,4 +1,4 @@
-"""Files that a record names, or contains so that it works without them."""
+"""Files that scenarios and designs refer to by name, or contain as text."""
 
 import json
 from collections.abc import Callable
@@ -14,16 +14,16 @@ from hfc_design.core.numbers import Plain
 from hfc_design.core.records import Record
 from hfc_design.core.texts import LARGEST, LARGEST_TABLE, MEGABYTE, content
 
-#: Letters of JSON that a design has for the files that it carries; it is read up to ``LARGEST``.
+#: Largest number of characters of JSON for the files in a design, which may have ``LARGEST`` MB.
 ROOM = LARGEST * MEGABYTE * 2 // 5
 
 
 class EmbeddedFile(Record):
-    """A file within another; without ``text`` it lies beside that one, identified by its hash."""
+    """A file inside a record; without ``text`` it lies beside the record, and has this hash."""
 
-    name: Annotated[str, Field(pattern=r"^[^/\\\x00-\x1f]{1,255}$")]  # of the file
-    sha256: str  # of its bytes
-    text: str | None = None  # what it holds; left out: it lies beside, with this hash
+    name: Annotated[str, Field(pattern=r"^[^/\\\x00-\x1f]{1,255}$")]  # of the file, without folder
+    sha256: str  # hash of the bytes of the file
+    text: str | None = None  # content of the file; left out: the file lies beside the record
 
     @model_validator(mode="after")
     def _is_whole(self) -> "EmbeddedFile":
@@ -36,16 +36,16 @@ class EmbeddedFile(Record):
 
     @property
     def suffix(self) -> str:
-        """Suffix, as of a path."""
+        """Suffix of the name, like ``Path.suffix``."""
         return Path(self.name).suffix
 
     def read_bytes(self) -> bytes:
-        """Content, as of a path."""
+        """Return the text in UTF-8, like ``Path.read_bytes``; empty without ``text``."""
         return (self.text or "").encode()
 
 
 AnyFile: TypeAlias = Path | EmbeddedFile
-#: How a user writes one, and how a design does.
+#: Type of a key for a file: a user writes a path, a design contains an ``EmbeddedFile``.
 WRITTEN = Annotated[
     Annotated[Path, Tag("path")] | Annotated[EmbeddedFile, Tag("carried")],
     Discriminator(lambda one: "carried" if isinstance(one, dict | EmbeddedFile) else "path"),
@@ -53,14 +53,14 @@ WRITTEN = Annotated[
 
 
 def content_of(file: AnyFile, largest: int = LARGEST) -> bytes:
-    """Content of a file; ValueError as from ``texts.content``."""
+    """Return the bytes of a file; a path is read as by ``texts.content``, with its ValueError."""
     return file.read_bytes() if isinstance(file, EmbeddedFile) else content(file, largest)
 
 
 def readable_by(read: Callable[[AnyFile], object]) -> AfterValidator:
-    """Validator of a file named in another: reads it, with relative paths from that file's folder.
+    """Return a validator for a file that a record names: ``read`` must be able to read the file.
 
-    ``read`` raises ValueError if it cannot be read.
+    Relative paths start at the ``folder`` of the validation context. ``read`` raises ValueError.
     """
 
     def located(file: AnyFile, info: ValidationInfo) -> AnyFile:
@@ -88,9 +88,9 @@ def readable_by(read: Callable[[AnyFile], object]) -> AfterValidator:
 
 
 def embedder(room: int = ROOM) -> Callable[[AnyFile], EmbeddedFile]:
-    """Function that embeds one file after another, as long as there is ``room``.
+    """Return a function that embeds one file after another, up to ``room`` characters in all.
 
-    A file that does not fit, or is not text in UTF-8, stays beside the record.
+    Of a file that does not fit, or is not text in UTF-8, it stores only name and hash.
     """
     left = room
 
@@ -112,9 +112,9 @@ def embedder(room: int = ROOM) -> Callable[[AnyFile], EmbeddedFile]:
 
 
 def embedded(part: Plain, folder: Path, carried: Callable[[AnyFile], EmbeddedFile]) -> Plain:
-    """Part of a scenario as a design stores it, with the files in ``folder`` that it only names.
+    """Return a part of a scenario with files of ``folder`` embedded in place of their names.
 
-    Earlier designs contain only the name; a file that cannot be read stays a name.
+    Old designs contain only names. A name stays if its file cannot be read or does not fit.
     """
     if isinstance(part, list):
         return [embedded(one, folder, carried) for one in part]

@@ -1,7 +1,7 @@
 """Reliable Ctrl-C.
 
-Python raises it at any place in the program. In a callback that a library such as JAX has the
-garbage collector call, it is printed and ignored, and a long search would continue.
+Python raises KeyboardInterrupt at any place in the program. In a callback of the garbage collector,
+as JAX has them, it is only printed and then ignored, so that a long search would continue.
 """
 
 import signal
@@ -27,7 +27,7 @@ def heard() -> None:
 
 
 def _ignored(fault: "sys.UnraisableHookArgs") -> None:
-    """Print what Python cannot raise, except a Ctrl-C: it has been noted already."""
+    """Print an exception that Python cannot raise, except Ctrl-C, which has been noted already."""
     if not isinstance(fault.exc_value, KeyboardInterrupt):
         sys.__unraisablehook__(fault)
 

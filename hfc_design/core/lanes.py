@@ -1,4 +1,4 @@
-"""The functions of laws on JAX scalars, which ``simulation`` vectorises, and code translates."""
+"""The functions of laws for JAX scalars: ``simulation`` vectorises, ``codegen`` translates them."""
 
 from jax import numpy as jnp
 

@@ -1,11 +1,11 @@
-"""Lock of a folder of results: one process at a time writes there, and not after losing it.
+"""Lock of a folder of results: only the process that holds the lock writes into the folder.
 
-A lock is a file that its holder keeps by ``flock``, which the system releases when a process ends,
-for any reason. A heartbeat updates the time of the file, so that a frozen holder, or one on a lost
-machine, can be overtaken: the new holder renames a lock file of its own over the old one. The file
-at that place is the fence: ``check`` refuses to write for the holder of another. (Leases of the
-package filelock expire likewise, but leave the fence to their callers, and recognise dead processes
-by their numbers.)
+The holder keeps a lock file open under ``flock``, which the system releases when the process ends,
+for whatever reason. A heartbeat updates the time of the lock file. If it stops, because the process
+is frozen or its computer is lost, another process may overtake: it renames a lock file of its own
+over the old one. ``check`` refuses to write if the process's lock file is no longer in its place.
+(Locks of the package filelock expire too, but leave this check to their callers, and recognise dead
+processes by their process numbers.)
 """
 
 import fcntl
@@ -24,39 +24,39 @@ from pathlib import Path
 from hfc_design.core.numbers import number_or_none
 from hfc_design.core.records import RunError, UserError, writing
 
-#: The lock of a run folder; its text says whose it is.
+#: Name of the lock file of a run folder; its text names the process that holds the lock.
 LOCK = ".in-use"
-#: Begin and end of the name of a file or a folder that is being written; ``checkpoint.tidy``.
+#: Begin and end of the name of a file or folder being written; ``checkpoint.tidy`` deletes such.
 TEMPORARY = ".hfc-", ".new"
-#: Environment variable: seconds of silence after which a holder may be overtaken.
+#: Environment variable: seconds without a heartbeat after which another process may overtake.
 GRACE = "HFC_LOCK_GRACE_S"
-#: Seconds between heartbeats, and between looks of who waits.
+#: Seconds between two heartbeats, and between two attempts of a process that waits for a lock.
 BEAT, PATIENCE = 5.0, 0.1
-#: Somebody may only have looked whether a lock is held: so often, and so much later, it is tried.
+#: Number of attempts to take a lock, and seconds between them: ``in_use`` holds it for a moment.
 TRIES, LOOK = 3, 0.02
-#: How a lock file is opened: no link is followed, no pipe waited for, no child inherits it.
+#: Flags for opening a lock file: follow no link, wait for no pipe, let no child process inherit it.
 READ = os.O_NOFOLLOW | os.O_CLOEXEC | os.O_NONBLOCK
 
 
 class Overtaken(RunError):
-    """Another process has taken the folder, because this one had been silent for too long."""
+    """Error: another process took over the lock, as this one sent no heartbeat for too long."""
 
 
-#: Locks of this process: the file, the folder that it guards, the open file.
+#: Locks of this process: path of the lock file, folder that it guards, descriptor of the open file.
 _held: set[tuple[Path, Path, int]] = set()
 _changing = threading.Lock()
 
 
 @contextmanager
 def try_lock(folder: Path, path: Path | None = None) -> Iterator[bool]:
-    """Whether this process alone may write into ``folder``; ``path`` replaces its ``LOCK``.
+    """Try to lock ``folder``, and yield whether it worked; ``path`` replaces its file ``LOCK``.
 
     Raises:
         RunError: the lock cannot be written.
     """
     path, beat = path or folder / LOCK, min(BEAT, stale_after() / 6.0)
     place = path if folder.is_dir() else folder
-    with writing(place), _changing:  # two threads would both be told that they were overtaken
+    with writing(place), _changing:  # else two threads might overtake each other
         path.parent.mkdir(parents=True, exist_ok=True)
         if (descriptor := _taken(path)) is not None:
             lock = path, Path(os.path.realpath(folder)), descriptor
@@ -73,7 +73,7 @@ def try_lock(folder: Path, path: Path | None = None) -> Iterator[bool]:
             try:
                 if _lies_at(path, descriptor):
                     path.unlink()
-            except OSError:  # it is free all the same
+            except OSError:  # closing the file releases the lock all the same
                 pass
             finally:
                 os.close(descriptor)
@@ -81,9 +81,9 @@ def try_lock(folder: Path, path: Path | None = None) -> Iterator[bool]:
 
 @contextmanager
 def exclusive(folder: Path) -> Iterator[None]:
-    """Lock ``folder`` for this process, so that no other one writes there.
+    """Lock ``folder`` for this process, so that no other process writes into it.
 
-    A folder that was not there before, and in which nothing was written, is removed.
+    If the folder did not exist before, and nothing was written into it, it is removed at the end.
 
     Raises:
         RunError: another process has locked it, or the lock cannot be written.
@@ -96,13 +96,13 @@ def exclusive(folder: Path) -> Iterator[None]:
             yield
     finally:
         if new:
-            with suppress(OSError):  # it holds something
+            with suppress(OSError):  # the folder is not empty
                 folder.rmdir()
 
 
 @contextmanager
 def wait_for(folder: Path, path: Path) -> Iterator[None]:
-    """Wait for another lock than the folder's own; RunError: it cannot be written."""
+    """Wait until the lock file ``path`` can lock ``folder``; RunError: it cannot be written."""
     while True:
         with try_lock(folder, path) as mine:
             if mine:
@@ -112,7 +112,7 @@ def wait_for(folder: Path, path: Path) -> Iterator[None]:
 
 
 def in_use(folder: Path) -> bool:
-    """Whether a process uses the folder; nothing is written to find out."""
+    """Return whether a process with a recent heartbeat holds the lock; this writes nothing."""
     with suppress(OSError):
         file = os.open(folder / LOCK, READ)
         try:
@@ -140,7 +140,7 @@ def check(path: Path) -> None:
 
 
 def stale_after() -> float:
-    """Seconds of silence after which a holder may be overtaken; UserError: an invalid setting."""
+    """Return the seconds without a heartbeat until overtaking; UserError: ``GRACE`` is invalid."""
     given = os.environ.get(GRACE, "60")
     if 1.0 <= (seconds := number_or_none(given) or 0.0) <= 1e6:
         return seconds
@@ -148,7 +148,7 @@ def stale_after() -> float:
 
 
 def _taken(path: Path) -> int | None:
-    """The open lock file if this process has got it."""
+    """Return the descriptor of the lock file if this process gets the lock, else None."""
     for _ in range(TRIES):
         with ExitStack() as closing:
             file = os.open(path, READ | os.O_RDWR | os.O_CREAT, 0o666)
@@ -158,10 +158,10 @@ def _taken(path: Path) -> int | None:
             except BlockingIOError:
                 time.sleep(LOOK)
                 silent = abs(time.time() - os.fstat(file).st_mtime) > stale_after() / 2.0
-                if silent and (new := _overtaken(path)) is not None:  # the disk's clock says so too
+                if silent and (new := _overtaken(path)) is not None:  # by the disk's clock too
                     return new
             else:
-                if _lies_at(path, file):  # else it was given back, or overtaken, meanwhile
+                if _lies_at(path, file):  # else the file was deleted or replaced meanwhile
                     _sign(file)
                     closing.pop_all()
                     return file
@@ -169,10 +169,10 @@ def _taken(path: Path) -> int | None:
 
 
 def _overtaken(path: Path) -> int | None:
-    """An open lock file of our own in the place of one that has been silent for too long."""
+    """Replace a lock file without recent heartbeats by our own; return its descriptor, or None."""
     temporary = path.with_name(secrets.token_hex(8).join(TEMPORARY))
     new = os.open(temporary, READ | os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
-    with suppress(FileNotFoundError):  # the holder has just given it back
+    with suppress(FileNotFoundError):  # the holder has just deleted the old file
         fcntl.flock(new, fcntl.LOCK_EX | fcntl.LOCK_NB)
         _sign(new)
         if os.fstat(new).st_mtime - path.lstat().st_mtime > stale_after():
@@ -184,9 +184,9 @@ def _overtaken(path: Path) -> int | None:
 
 
 def _lies_at(path: Path, descriptor: int) -> bool:
-    """Whether the open file is the one at the path."""
+    """Return whether the open file ``descriptor`` is the file that now lies at ``path``."""
     try:
-        there = os.open(path, READ)  # asks the server of a network file system, stat may not
+        there = os.open(path, READ)  # asks the server of a network file system; stat may not
     except FileNotFoundError:
         return False
     try:
@@ -196,7 +196,7 @@ def _lies_at(path: Path, descriptor: int) -> bool:
 
 
 def _sign(descriptor: int) -> None:
-    """Say who holds the lock."""
+    """Write into the open lock file which process holds it, and update the time of the file."""
     name = Path(*sys.argv[:1]).name.replace("__main__.py", "hfc")
     holder = f"process {os.getpid()} on {socket.gethostname()} since {time.strftime('%F %T')}"
     os.utime(descriptor)
@@ -207,7 +207,7 @@ def _sign(descriptor: int) -> None:
 
 
 def _holder(path: Path) -> str:
-    """Holder of a lock, from its file."""
+    """Return the text of a lock file on its holder, or "another process" if there is none."""
     with suppress(OSError), open(os.open(path, READ), "rb") as file:
         return file.read(200).decode(errors="replace").strip() or "another process"
     return "another process"
@@ -215,7 +215,7 @@ def _holder(path: Path) -> str:
 
 @cache
 def _heart(seconds: float) -> None:
-    """Begin to beat, once."""
+    """Start the thread of the heartbeat, every ``seconds``; further calls do nothing."""
 
     def beat() -> None:
         while True:

@@ -18,41 +18,41 @@ from numpy.typing import NDArray
 #: A number of one machine: a float in the runtime, an array over individuals with NumPy, a value
 #: being traced in the simulator. No Python type expresses what they have in common.
 Scalar: TypeAlias = Any
-#: A truth about ``Scalar``s, of the same three kinds.
+#: A truth value computed from ``Scalar``s, of the same three kinds.
 Truth: TypeAlias = Any
-#: (..., steps) numbers, one a control sample: of NumPy or JAX, or being traced.
+#: (..., steps) numbers, one for each control sample: an array of NumPy or JAX, or being traced.
 Series: TypeAlias = Any
-#: What only its kind of controller knows: its record, its numbers, what it remembers.
+#: Objects that only a kind of controller can read: its record, its numbers, its memory.
 Own: TypeAlias = Any
 Gains: TypeAlias = Any
 Memory: TypeAlias = Any
-#: What only a drive knows: the record of its parameters, what a step needs of them, its state.
+#: Objects that only a drive can read: its parameters (or values made of them), its state.
 Parameters: TypeAlias = Any
 State: TypeAlias = Any
-#: What TOML and JSON hold, and a table of it: what it should be only who reads it knows.
+#: A value of TOML or JSON, and a table of such values; only their reader knows the right types.
 Plain: TypeAlias = Any
 Json: TypeAlias = dict[str, Plain]
 
-Degrees: TypeAlias = Sequence[Scalar]  # (7,) of a value in the terms of an input
+Degrees: TypeAlias = Sequence[Scalar]  # (7,) to which a value belongs to the terms of an input
 Triangles: TypeAlias = Sequence[Sequence[Scalar]]  # (7, 3) left, centre, right
 RuleTable: TypeAlias = Sequence[Sequence[Scalar]]  # (7, 7) singletons [row][column]
 
 Floats: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.int64]
 Mask: TypeAlias = NDArray[np.bool_]
-Indices: TypeAlias = NDArray[np.intp]  # numbers of elements, from 0 on
+Indices: TypeAlias = NDArray[np.intp]  # of elements, counted from 0
 
-#: Numbers with a smaller relative difference count as equal, since it comes from rounding and must
-#: decide nothing. ``SAME_SINGLE`` is for numbers that have been in float32.
+#: Numbers with a smaller relative difference count as equal, so that rounding decides nothing.
+#: ``SAME_SINGLE`` is for numbers that have been in float32.
 SAME, SAME_SINGLE = 1e-9, 1e-6
-#: The largest number that is read from a text: squares of larger ones overflow.
+#: The largest number that is read from a text; its square and cube still do not overflow.
 LARGEST_NUMBER = 1e100
-#: One as every language writes it: int() and float() take digits of any script, 1_0, nan and inf.
+#: A number as all languages write it; int() and float() also take 1_0, nan, inf and other digits.
 NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 
-#: JAX has never fewer devices, whatever JAX_NUM_CPU_DEVICES says. A program for one is not passed
-#: through the partitioner, is fused into other pieces than one for several and rounds otherwise: a
-#: search on one core would not find the bits of one on many.
+#: JAX always gets at least so many devices, whatever JAX_NUM_CPU_DEVICES says. A program for one
+#: device skips the partitioner, is fused in other pieces than a program for several, and rounds
+#: differently: a search on one core would then not give the same bits as on several.
 FEWEST_DEVICES = 2
 
 
@@ -65,22 +65,22 @@ class Constant(float):
 
 
 def total(values: Iterable[Scalar]) -> Scalar:
-    """Sum of scalars, left to right, without starting from an integer zero."""
+    """Return the sum of scalars, left to right, without starting from an integer zero."""
     return reduce(add, values)
 
 
 def along(function: Callable[..., Any], *rows: Iterable[Any]) -> list[Any]:
-    """Apply ``function`` to the values at the same place in rows."""
+    """Return ``function`` of the values at the same place in ``rows``, for each place."""
     return [function(*values) for values in zip(*rows, strict=True)]
 
 
 def each(function: Callable[..., Any], *tables: Iterable[Iterable[Any]]) -> list[list[Any]]:
-    """Apply ``function`` to the values at the same place in tables, row by row."""
+    """Return ``function`` of the values at the same place in ``tables``, as a table."""
     return along(partial(along, function), *tables)
 
 
 def put(rows: Sequence[Any], changes: Iterable[tuple[Any, ...]]) -> list[Any]:
-    """Rows of numbers, or of rows, with changes at some places: ``(place, ..., value)``."""
+    """Return rows of numbers, or of rows, with the changes ``(index, ..., new value)``."""
     updated = [list(row) if isinstance(row, Sequence) else row for row in rows]
     for *places, last, value in changes:
         reduce(getitem, places, updated)[last] = value
@@ -94,10 +94,10 @@ def between(
     function: Callable[..., Sequence[Any]],
     but: int | None = None,
 ) -> list[list[Any]]:
-    """Replace the rows from ``low`` to before ``high`` of tables by ``function(number, row, ...)``.
+    """Return tables with rows ``low`` <= k < ``high`` replaced by ``function(k, row, ...)``.
 
-    Row numbers that do not exist, and the row ``but``, are skipped. If a table is a single row, its
-    rows are numbers.
+    The function gets row k of each table, and returns the new rows. Rows that do not exist and the
+    row ``but`` are skipped. If a table is a single row, its rows are numbers.
     """
     updated = [list(table) for table in tables]
     for k in range(max(low, 0), min(high, len(updated[0]))):
@@ -111,8 +111,8 @@ def between(
 class Xp(NamedTuple):
     """Functions that a law needs beside arithmetic.
 
-    Those with a default are for laws with large tables. Such laws go through their rows with
-    ``along`` and ``total``, which become loops in generated code, and if ``sparse`` is true they
+    Most functions with a default are for laws with large tables. Such laws go through their rows
+    with ``along`` and ``total``, which become loops in generated code. If ``sparse`` is true, they
     compute only the terms that are not 0.
     """
 
@@ -123,30 +123,30 @@ class Xp(NamedTuple):
     bell: Callable[[float, Scalar], Scalar]
     tanh: Callable[[Scalar], Scalar]
     ratio: Callable[[Scalar, Scalar], Scalar]
-    #: x; marks what many results share, for a compiler that would else compute it for each.
+    #: x -> x; marks a number that many results use, so that a compiler computes it only once.
     once: Callable[[Scalar], Scalar]
-    #: (values by number, number) -> the value of that number
+    #: (values by index, index) -> the value at that index
     pick: Callable[[Mapping[int, Scalar], Scalar], Scalar]
     sqrt: Callable[[Scalar], Scalar] = math.sqrt
     floor: Callable[[Scalar], Scalar] = lambda x: float(math.floor(x))
-    #: (function, arguments) -> what a function gives that may be written for JAX
+    #: (function, arguments) -> function(*arguments), of a function that may be written for JAX
     foreign: Callable[..., Any] = lambda function, *arguments: function(*arguments)
-    sparse: bool = False  # whether a place in a table may be a value
+    sparse: bool = False  # whether computed values may be indices and choose what is computed
     along: Callable[..., Sequence[Any]] = along
     each: Callable[..., Sequence[Any]] = each
     total: Callable[[Iterable[Scalar]], Scalar] = total
-    #: rows -> rows that a value indexes
+    #: rows -> the same rows, which a computed value can index
     table: Callable[[Any], Any] = lambda rows: rows
-    whole: Callable[[Scalar], Scalar] = lambda x: int(x) if x > 0.0 else 0  # part of x above 0
-    stored: Callable[[Any], Any] = lambda rows: rows  # computed once, before they are read
+    whole: Callable[[Scalar], Scalar] = lambda x: int(x) if x > 0.0 else 0  # part of x > 0, else 0
+    stored: Callable[[Any], Any] = lambda rows: rows  # the same, computed once before they are read
     between: Callable[..., Any] = between
     put: Callable[[Any, Sequence[tuple[Any, ...]]], Any] = put
     #: (condition, function, value) -> function() where the condition is true, else the value
     when: Callable[[Truth, Callable[[], Any], Any], Any] = lambda condition, function, otherwise: (
         function() if condition else otherwise
     )
-    sure: Callable[[Scalar], Scalar] = lambda x: x  # marks what is finite whatever the signals are
-    #: (function, arguments) -> function(*arguments), xp the first one; code has it as a function
+    sure: Callable[[Scalar], Scalar] = lambda x: x  # marks a number that is finite for all signals
+    #: (function, arguments) -> function(*arguments), with xp first; a function in generated code
     call: Callable[..., Any] = lambda function, *arguments: function(*arguments)
 
 
@@ -176,12 +176,12 @@ ARRAYS = Xp(
 
 
 def number_or_none(text: str) -> float | None:
-    """Number of any size in a text; None: it is not a number, or it is infinite."""
+    """Return the number in a text; None: it is not a number, or too large for a float."""
     return float(text) if NUMBER.fullmatch(text.strip()) and math.isfinite(float(text)) else None
 
 
 def number_of(text: str) -> float:
-    """Number in a user's text; ValueError: it is not a number, or is beyond ``LARGEST_NUMBER``."""
+    """Return the number in a user's text; ValueError: it is none, or beyond ``LARGEST_NUMBER``."""
     if not NUMBER.fullmatch(text.strip()):
         raise ValueError(f"{text[:40]!r} must be a finite number")
     if abs(value := float(text)) > LARGEST_NUMBER:
@@ -190,7 +190,7 @@ def number_of(text: str) -> float:
 
 
 def finite(value: Plain) -> bool:
-    """Whether every number in ``value`` is finite: in tables, rows, arrays; texts count too."""
+    """Return whether all numbers in ``value`` are finite, also in tables, rows and arrays."""
     if isinstance(value, float):
         return math.isfinite(value)
     if isinstance(value, Mapping):
@@ -205,7 +205,7 @@ def finite(value: Plain) -> bool:
 
 
 def storable(value: Any) -> Any:
-    """Return numbers as a file stores them: None for one that is not finite, also in tables."""
+    """Return ``value`` with None for numbers that are not finite, also in tables and lists."""
     if isinstance(value, Mapping):
         return {key: storable(one) for key, one in value.items()}
     if isinstance(value, tuple | list):
@@ -216,27 +216,27 @@ def storable(value: Any) -> Any:
 
 
 def passed(moments: Floats, now: Floats) -> Indices:
-    """Number of rising ``moments`` (n,) that each of ``now`` has reached, within rounding."""
+    """Return the count of rising ``moments`` (n,) reached at each time ``now``, within rounding."""
     return np.searchsorted(moments, now + SAME * np.abs(now), side="right")
 
 
 def first_at(time: Floats, moment: float) -> int:
-    """Index of the first of rising times (n,) that is not before a moment, within rounding."""
+    """Return the index of the first of rising times (n,) at or after a moment, but for rounding."""
     return int(np.searchsorted(time, moment - SAME * abs(moment)))
 
 
 def within(low: float, value: float, high: float) -> bool:
-    """Whether a value is between two others or at one of them, within single-precision rounding."""
+    """Return whether ``low <= value <= high``, all >= 0, but for single-precision rounding."""
     return low * (1.0 - SAME_SINGLE) <= value <= high * (1.0 + SAME_SINGLE)
 
 
 def floored(value: float) -> int:
-    """Whole part of a number that is not negative, within rounding: 29 for 0.29 * 100."""
+    """Return the whole part of a number >= 0, corrected for rounding: 29 of 0.29 * 100."""
     return int(value * (1.0 + SAME))
 
 
 def digits(values: Iterable[float]) -> Floats:
-    """Values with only the digits that rounding leaves, so that equal values are equal."""
+    """Return values with nine digits, so that values that differ only by rounding are equal."""
     return np.array([float(f"{value:.9g}") for value in values])
 
 
@@ -251,5 +251,5 @@ def clipped(xp: Xp, value: Scalar, low: Scalar, high: Scalar) -> Scalar:
 
 
 def dot(a: Iterable[Scalar], b: Iterable[Scalar]) -> Scalar:
-    """Sum of products, left to right."""
+    """Return the sum of the products, left to right."""
     return reduce(add, map(mul, a, b))

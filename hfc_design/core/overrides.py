@@ -1,4 +1,4 @@
-"""Changes of tables by dotted keys, as in simulation.duration_s; a number is a place in a list."""
+"""Changes of tables by dotted keys, as simulation.duration_s; numbers in keys are list indices."""
 
 import copy
 from collections.abc import Iterable, Mapping
@@ -12,15 +12,15 @@ from hfc_design.core.texts import DEEPEST, plain_fault, toml_of
 Changes = Iterable[str] | Mapping[str, Plain]
 #: Keys that name a file.
 FILES = ("file", "start")
-#: Options of changes of a scenario, of a design and of a network.
+#: Option for changes (of a scenario, a design, a network) -> example.
 EXAMPLES = {"set": "simulation.duration_s=5", "change": "controller.integral_gain=8"}
 EXAMPLES |= {"network": "momentum=0.9"}
 
 
 def set_keys(changes: Iterable[str], by: str) -> Json:
-    """Dotted keys and values from the "dotted.key=value" of the option ``by``.
+    """Return dotted key -> value from the texts "dotted.key=value" of the option ``by``.
 
-    A value is TOML, or else a bare string.
+    A value is read as TOML; what is not TOML is a string.
 
     Raises:
         UserError: a change does not have that form.
@@ -40,12 +40,12 @@ def set_keys(changes: Iterable[str], by: str) -> Json:
 
 
 def _given(by: str, key: str, value: Plain = NOTHING) -> str:
-    """Text about a change of the option ``by``."""
+    """Return the text for a message that names a change by the option ``by``."""
     return option(by, value, "changes" if by in ("set", "change") else by, key)
 
 
 def _from_here(key: str, value: Plain) -> Plain:
-    """A value in which a file's path starts where the user stands, if the file is there."""
+    """Return ``value`` with absolute paths of files that the current folder contains."""
     if isinstance(value, dict):
         return {name: _from_here(name, x) for name, x in value.items()}
     named = key.rpartition(".")[2] in FILES and isinstance(value, str) and isfile(value)
@@ -53,16 +53,16 @@ def _from_here(key: str, value: Plain) -> Plain:
 
 
 def overridden(data: Json, changes: Changes, by: str = "set") -> Json:
-    """Return ``data`` with the values of dotted keys; the option ``by`` is named in messages.
+    """Return a copy of ``data`` with the ``changes``; messages name the option ``by``.
 
     In a list, a part of a key is the number of an entry, counted from 0.
 
     Raises:
-        UserError: a key leads through something that is neither table nor list, or names an entry
-            that a list does not have; or a value is not plain.
+        UserError: a key leads through a value that is neither table nor list, or names an entry
+            that a list does not have; or a value is none that a file can hold.
     """
     values = changes if isinstance(changes, Mapping) else set_keys(changes, by)
-    if fault := plain_fault(data):  # of a script; a file has been through this
+    if fault := plain_fault(data):  # from a script; data of a file have passed this check
         raise UserError(fault)
     data = copy.deepcopy(data)
     for key, value in values.items():
@@ -79,7 +79,7 @@ def overridden(data: Json, changes: Changes, by: str = "set") -> Json:
 
 
 def _texts(changes: Iterable[str], by: str) -> list[str]:
-    """Changes one by one; UserError: they are no texts."""
+    """Return the changes as a list of texts; UserError: one of them is not a text."""
     each = [changes] if isinstance(changes, str) or not isinstance(changes, Iterable) else changes
     texts = [*each]
     for one in texts:
@@ -92,12 +92,12 @@ def _texts(changes: Iterable[str], by: str) -> list[str]:
 
 
 def _inner(place: Plain, part: str, given: str) -> Plain:
-    """The table or list that a part of a key names in ``place``; a table that is not there yet."""
+    """Return the table or list that a part of a key names in ``place``, or a new table there."""
     key: Plain = _entry(place, part, given) if isinstance(place, list) else part
     container: Plain = place[key] if isinstance(place, list) else place.get(key)
     if container is None:  # an optional part of a design is null where there is none
         container = {}
-    elif isinstance(container, tuple):  # of a script
+    elif isinstance(container, tuple):  # from a script
         container = list(container)
     if not isinstance(container, dict | list):
         raise UserError(f"{given}: {part} is not a table")
@@ -106,7 +106,7 @@ def _inner(place: Plain, part: str, given: str) -> Plain:
 
 
 def _entry(place: list[Plain], part: str, given: str) -> int:
-    """The entry of a list that a part of a key names."""
+    """Return the list index that a part of a key is; UserError: the list has no such entry."""
     if not (part.isascii() and part.isdigit() and int(part) < len(place)):
         entries = f"the entries 0 to {len(place) - 1}" if place else "no entries"
         raise UserError(f"{given}: no entry {part!r}; the list has {entries}")
@@ -114,17 +114,17 @@ def _entry(place: list[Plain], part: str, given: str) -> int:
 
 
 def lists(value: Plain) -> Plain:
-    """The same value with lists in place of a script's tuples, as a file holds it."""
+    """Return the value with lists in place of tuples, as a file holds it."""
     if isinstance(value, dict):
         return {key: lists(inside) for key, inside in value.items()}
     return [*map(lists, value)] if isinstance(value, list | tuple) else value
 
 
 def flat(table: Json, prefix: str = "") -> Json:
-    """Flatten nested tables to dotted keys; TOML reads ``run.seed = 1`` as a table in a table.
+    """Return dotted key -> value of nested tables; TOML reads ``run.seed = 1`` as nested tables.
 
     An empty table inside another is a value: ``controller.linear = {}`` requests a linear part. An
-    empty section says nothing, like one whose lines are all comments.
+    empty section, such as one whose lines are all comments, gives no key.
     """
     flattened: Json = {}
     for key, value in table.items():

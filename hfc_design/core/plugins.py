@@ -1,8 +1,8 @@
 """Plug-ins: plants, fitnesses, strategies and laws that users add without changing the package.
 
-A file names one by a plain name. It is looked up among the built-in ones, those that the program
-has added, and the entry points of installed packages. Modules are named only on the command line
-and in scripts, so that a file never causes an import. Never imports JAX.
+A file refers to a plug-in by a plain name. The name is looked up among the built-in parts, those
+that this process has added, and the entry points of installed packages. Only the command line and
+scripts name modules, so that no file can cause the import of any module. Never imports JAX.
 """
 
 import importlib
@@ -39,14 +39,14 @@ from hfc_design.core.validation_errors import short
 from hfc_design.core.wording import alternatives, near, one_of
 
 Thing = TypeVar("Thing")
-#: Of several groups: ``Group.what`` and the name or ``module:OBJECT`` of each plug-in.
+#: Pairs for several plug-ins: ``Group.what`` of its group, and its name or ``module:OBJECT``.
 References = list[tuple[str, str]]
 #: ``module:OBJECT``, as ``--use`` takes it.
 REFERENCE = re.compile(r"\w[\w.-]*:\w[\w.]*")
 ANY_CLASS = ConfigDict(arbitrary_types_allowed=True)
-#: What makes a part of one's own known.
+#: How a user makes an own part known, for messages.
 LOAD = either("--use module:OBJECT", "hfc.register(module.OBJECT) or runtime.use")
-#: Every group, by the option that names one of it, without its dashes.
+#: ``Group.what`` -> group, for every group.
 GROUPS: "dict[str, Group[Any]]" = {}
 
 
@@ -54,26 +54,26 @@ GROUPS: "dict[str, Group[Any]]" = {}
 class Group(Generic[Thing]):
     """Plug-ins of one kind, by their names."""
 
-    what: str  # as in --plant
-    kind: tuple[type[Any], ...]  # any of which has a ``name``; in ``classes`` it is one itself
-    entry_points: str  # the group of them
-    known: dict[str, Thing]  # built in, or added since
-    fault: Callable[[Thing], str | None] = lambda thing: None  # what is wrong with one, in a line
-    adopt: Callable[[Any], Any] = lambda thing: thing  # what makes one of something simpler
-    classes: tuple[type[Any], ...] = ()
-    built_in: frozenset[str] = field(init=False)  # known at first: names that nobody may take
-    given: dict[str, str] = field(default_factory=dict)  # name -> module:OBJECT that was resolved
-    modules: dict[str, str] = field(default_factory=dict)  # name -> module of an added one's code
+    what: str  # the kind as messages and options name it: "plant", as in --plant
+    kind: tuple[type[Any], ...]  # classes: an instance of one, with a ``name``, is a plug-in
+    entry_points: str  # name of the group of entry points of installed packages
+    known: dict[str, Thing]  # name -> plug-in that is built in, or was added since
+    fault: Callable[[Thing], str | None] = lambda thing: None  # line on what is wrong with one
+    adopt: Callable[[Any], Any] = lambda thing: thing  # makes a plug-in of a simpler object
+    classes: tuple[type[Any], ...] = ()  # a subclass of one of these is a plug-in too
+    built_in: frozenset[str] = field(init=False)  # names of built-in parts, which nobody may take
+    given: dict[str, str] = field(default_factory=dict)  # name -> module:OBJECT it was loaded from
+    modules: dict[str, str] = field(default_factory=dict)  # name -> module of an added part's code
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "built_in", frozenset(self.known))
         GROUPS[self.what] = self
 
     def add(self, thing: Any) -> Thing:
-        """Register ``thing``; one of the same name that was added earlier is replaced.
+        """Register and return a plug-in; it replaces one with the same name that was added earlier.
 
         Raises:
-            UserError: it is not of this kind, cannot work, or has a name that is taken.
+            UserError: it is not of this kind, has a fault, or has the name of a built-in part.
         """
         if not self.takes(thing):
             wanted = alternatives(kind.__name__ for kind in (*self.kind, *self.classes))
@@ -96,7 +96,7 @@ class Group(Generic[Thing]):
         return thing
 
     def takes(self, thing: Any) -> bool:
-        """Whether ``thing`` is of this kind."""
+        """Return whether ``thing`` is an instance of ``kind`` or a subclass of ``classes``."""
         is_subclass = isinstance(thing, type) and issubclass(thing, self.classes)
         return is_subclass or isinstance(thing, self.kind)
 
@@ -104,7 +104,7 @@ class Group(Generic[Thing]):
         """Return the plug-in with a name, from an installed package if necessary.
 
         Raises:
-            UserError: no plug-in has that name, or that of a package cannot be used.
+            UserError: no plug-in has that name, several packages have one, or it cannot be used.
         """
         if name in self.known:
             return self.known[name]
@@ -129,9 +129,9 @@ class Group(Generic[Thing]):
         return thing
 
     def named(self, key: str, name: str) -> Thing:
-        """Plug-in with the name that a file has under ``key``; ValueError: ``get`` refuses it.
+        """Return the plug-in that a file names under ``key``; ValueError: ``get`` refuses the name.
 
-        ``key`` is "" if the message names it elsewhere.
+        ``key`` is "" if the caller adds the key to the message.
         """
         try:
             return self.get(name)
@@ -140,14 +140,14 @@ class Group(Generic[Thing]):
             raise ValueError(f"{key} = {short(name)}: {why}" if key else why) from None
 
     def source(self, name: str) -> str | None:
-        """Origin of a user's own plug-in, as ``module:OBJECT``; None if it is not known."""
+        """Return the origin of a user's plug-in, as ``module:OBJECT``; None if it is not known."""
         entries = metadata.entry_points(group=self.entry_points, name=name)
         return self.given.get(name) or next((entry.value for entry in entries), None)
 
     def resolve(self, text: str) -> Thing:
-        """Plug-in from a text of the command line: a name, or ``module:OBJECT``.
+        """Return the plug-in for a text of the command line: a name, or ``module:OBJECT``.
 
-        A module may lie in the current folder; installed ones come first.
+        A module is searched among the installed modules first, then in the current folder.
 
         Raises:
             UserError: there is no such thing, or it cannot be used.
@@ -161,7 +161,7 @@ class Group(Generic[Thing]):
         return thing
 
     def names(self) -> list[str]:
-        """Every name that ``get`` accepts, built-in ones first."""
+        """Return every name that ``get`` accepts; names of installed packages come last."""
         installed = metadata.entry_points(group=self.entry_points).names
         reserved = sorted(self.built_in - self.known.keys())
         return list(dict.fromkeys([*self.known, *reserved, *sorted(installed)]))
@@ -174,7 +174,7 @@ class Group(Generic[Thing]):
 
 
 def use(text: str) -> None:
-    """Register the object ``module:OBJECT``; UserError: there is none, or no group takes it."""
+    """Register the object ``module:OBJECT``; UserError: it does not exist, or no group takes it."""
     try:
         group = group_of(_found_at(text))
     except UserError as error:
@@ -183,7 +183,7 @@ def use(text: str) -> None:
 
 
 def group_of(thing: Any) -> Group[Any]:
-    """Group that takes ``thing``; UserError: there is none."""
+    """Return the group that takes ``thing``; UserError: there is none."""
     for group in GROUPS.values():
         if group.takes(thing):
             return group
@@ -191,15 +191,15 @@ def group_of(thing: Any) -> Group[Any]:
 
 
 def given() -> References:
-    """Plug-ins named on the command line of this process, never by a file or a package."""
+    """Return the plug-ins that this process has loaded from ``module:OBJECT``."""
     return [(what, text) for what, group in GROUPS.items() for text in group.given.values()]
 
 
 def know(references: References) -> None:
-    """Register these, and forget those that an earlier call registered.
+    """Register plug-ins, after forgetting all that were loaded from ``module:OBJECT`` before.
 
     Raises:
-        UserError: one cannot be imported or used here.
+        UserError: a plug-in cannot be imported or used in this process.
     """
     for group in GROUPS.values():
         for name in group.given:
@@ -210,12 +210,12 @@ def know(references: References) -> None:
 
 
 def own_ones(used: Iterable[tuple[str, str]]) -> References:
-    """Group and name of each used part that is not built in, once."""
+    """Return group and name of each part in ``used`` that is not built in, without repetitions."""
     return [(what, name) for what, name in dict.fromkeys(used) if name not in GROUPS[what].built_in]
 
 
 def sources(used: Iterable[tuple[str, str]]) -> dict[str, dict[str, str]]:
-    """Group -> name -> origin, of used parts that are not built in."""
+    """Return group -> name -> ``module:OBJECT`` of the parts in ``used`` that are not built in."""
     by_group: dict[str, dict[str, str]] = {}
     for what, name in own_ones(used):
         if source := GROUPS[what].source(name):
@@ -224,9 +224,9 @@ def sources(used: Iterable[tuple[str, str]]) -> dict[str, dict[str, str]]:
 
 
 def origins(used: Iterable[tuple[str, str]]) -> dict[str, str]:
-    """Version of each used part that is not built in, or digest of its module.
+    """Return "group 'name'" -> version of each part in ``used`` that is not built in.
 
-    The version is that of the installed distribution that contains it.
+    It is the version of the part's distribution, the digest of its module's file, or "unknown".
     """
     return {f"{what} {name!r}": _origin(GROUPS[what], name) for what, name in own_ones(used)}
 
@@ -238,14 +238,14 @@ def _origin(group: Group[Any], name: str) -> str:
     file = getattr(sys.modules.get(module), "__file__", None)
     if file and Path(file).is_file():
         return sha256(Path(file).read_bytes()).hexdigest()
-    return "unknown"  # typed in, for one
+    return "unknown"  # such as a part typed into an interactive Python
 
 
 _distributions = cache(metadata.packages_distributions)
 
 
 def _module(thing: Any) -> str:
-    """Module of a user's own part, "" if it has no code but the package's."""
+    """Return the module with a user's code in a part; "" if all its code is this package's."""
     parts = [thing, *(thing if isinstance(thing, tuple) else vars(thing).values())]
     names = (str(getattr(part, "__module__", None) or "") for part in parts)
     ours = {"", "builtins", "functools", *(__name__.partition(".")[:1]), "plants"}
@@ -256,10 +256,10 @@ def _module(thing: Any) -> str:
 def own_code(
     doing: str, *parts: tuple[str, str], passing: tuple[type[Exception], ...] = ()
 ) -> Iterator[None]:
-    """Turn an error of a user's own code into a UserError, a line: which part, ``doing`` what.
+    """Turn an error of a user's own code into a UserError: a line with the part, then ``doing``.
 
-    ``parts`` are group and name of all parts involved; if all are built in, the error stays, as do
-    ``passing`` errors.
+    ``parts`` are group and name of all parts involved. If all of them are built in, the error is
+    not changed; neither are UserErrors and errors of the classes ``passing``.
     """
     try:
         yield
@@ -272,7 +272,7 @@ def own_code(
 
 
 def uses(named: Any, known: bool = True) -> str:
-    """`` --use module:OBJECT`` for each of ``sources``, or of those not registered here."""
+    """Return ``--use`` for each part in ``named`` (of ``sources``), or only if it is not known."""
     groups = named.items() if isinstance(named, dict) else ()
     valid_groups = [
         (what, parts) for what, parts in groups if what in GROUPS and isinstance(parts, dict)
@@ -286,13 +286,13 @@ def uses(named: Any, known: bool = True) -> str:
 
 
 def options(texts: Iterable[str]) -> str:
-    """`` --use module:OBJECT`` for each, as a shell reads it."""
+    """Return `` --use module:OBJECT`` for each text ``module:OBJECT``, quoted for a shell."""
     return "".join(f" --use {shlex.quote(text)}" for text in texts)
 
 
 @AfterValidator
 def naming_modules(provenance: Json) -> Json:
-    """Validate a provenance: its plug-ins contain only modules and names of objects in them."""
+    """Validate a provenance: each of its plug-ins must be a text ``module:OBJECT``."""
     for key, text in flat({"plugins": provenance.get("plugins", {})}).items():
         if not isinstance(text, str) or not REFERENCE.fullmatch(text):
             raise ValueError(f"{key} = {short(text)}: must be module:OBJECT")
@@ -300,13 +300,13 @@ def naming_modules(provenance: Json) -> Json:
 
 
 def resuming(folder: Path) -> str:
-    """Command that continues a stopped run, with the user's own parts of this process."""
+    """Return the advice to continue a stopped run, with a command that loads the user's parts."""
     use_options = options(text for _, text in given())
     return f"continue with: hfc design --resume --out {shlex.quote(str(folder))}{use_options}"
 
 
 def _check_fields(thing: Any, source: str) -> None:
-    """UserError: a field of a NamedTuple or dataclass is not what its annotation says."""
+    """Check a NamedTuple or dataclass; UserError: a field does not fit its annotation."""
     if isinstance(thing, type):
         return
     hints: Any = {name: (hint, ...) for name, hint in get_type_hints(type(thing)).items()}
@@ -317,9 +317,9 @@ def _check_fields(thing: Any, source: str) -> None:
 def chosen(
     group: Group[Any] | Callable[[], Group[Any]], part: str, key: str = "kind", default: str = ""
 ) -> WrapValidator:
-    """Validator of a table of a file, whose ``key`` names an object of ``group``.
+    """Return a validator for a table of a file in which ``key`` names a plug-in of ``group``.
 
-    The record in the attribute ``part`` of that object checks the table. ``default`` is the name if
+    The record in the attribute ``part`` of the plug-in checks the table. ``default`` is the name if
     the key is left out.
     """
 
@@ -338,10 +338,10 @@ def chosen(
 
 
 def found_in(package: ModuleType, attribute: str, folders: bool = False) -> Json:
-    """Objects with one name in the modules and folders of a package, by the names of these.
+    """Return name -> object, of the objects called ``attribute`` in the modules of a package.
 
-    A module with several has a tuple of them under the plural. With ``folders`` only those are
-    searched, so that nothing else is imported, such as modules that draw.
+    A module with several has a tuple of them, called ``attribute`` with an S. ``folders``: search
+    subpackages only, so that nothing else is imported, such as modules that draw.
     """
     inside = pkgutil.iter_modules(package.__path__)
     modules = sorted(module.name for module in inside if module.ispkg or not folders)
@@ -352,7 +352,7 @@ def found_in(package: ModuleType, attribute: str, folders: bool = False) -> Json
 
 
 def _module_meant(text: str) -> str:
-    """Suggested ``module:OBJECT`` for mine.py:AXIS, mine.AXIS or mine.py; "": none."""
+    """Return the hint "did you mean mine:AXIS?" for mine.py:AXIS, mine.AXIS or mine.py; else ""."""
     start, colon, name = text.partition(":")
     path = Path(start)
     if path.suffix == ".py":
@@ -364,7 +364,7 @@ def _module_meant(text: str) -> str:
 
 
 def _found_at(reference: str) -> Any:
-    """Object that ``module:OBJECT`` names."""
+    """Import and return the object ``module:OBJECT``; UserError: it cannot be imported."""
     module, _, name = reference.partition(":")
     meant = _module_meant(reference)
     if not module or not name or not (meant or REFERENCE.fullmatch(reference)):

@@ -1,11 +1,11 @@
-"""Quantities as texts, ``"20 urad"``, and their conversion to numbers of a drive's unit."""
+"""Quantities as texts, such as ``"20 urad"``, and their conversion to numbers in another unit."""
 
 import math
 import re
 from functools import cache
 from typing import Any
 
-#: A number and a unit; nothing that could be a long computation.
+#: A number and a unit, but no formula, which could take long to compute.
 WRITTEN = re.compile(
     r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,3})?)\s*"
     r"([A-Za-zµμ°%][A-Za-z0-9µμ°%]{0,15}(?:[ */][A-Za-zµμ°%][A-Za-z0-9µμ°%]{0,15}){0,3})"
@@ -13,14 +13,14 @@ WRITTEN = re.compile(
 
 
 def known(text: float | str) -> float | str:
-    """Validate a quantity; ValueError: a text is not one."""
+    """Validate a quantity; ValueError: it is a text that is not a number with a known unit."""
     if isinstance(text, str):
         _quantity(text, None)
     return text
 
 
 def number(quantity: float | str, unit: str, millimetres: float | None = None) -> float:
-    """Quantity in ``unit``; a "BLU" in it is ``millimetres`` long.
+    """Return a quantity as a number in ``unit``; the unit "BLU" is ``millimetres`` long.
 
     Raises:
         ValueError: it cannot be converted to that unit.
@@ -36,7 +36,7 @@ def number(quantity: float | str, unit: str, millimetres: float | None = None) -
 
 
 def without_unit(value: Any, unit: str) -> str:
-    """Hint with the number in ``unit`` to write for ``"40 kg"``; "" if that is no such quantity."""
+    """Return the hint to write ``"40 kg"`` as a number in ``unit``; "" for any other value."""
     if not (isinstance(value, str) and unit):
         return ""
     try:
@@ -62,6 +62,6 @@ def _units(millimetres: float | None) -> Any:
     import pint
 
     units: Any = pint.UnitRegistry(cache_folder=None)
-    units.define("unit = [converter]")  # of a converter, which a drive counts its commands in
+    units.define("unit = [converter]")  # step of a converter: some drives count commands in it
     units.define("BLU = [counter]" if millimetres is None else f"BLU = {millimetres!r} mm")
     return units

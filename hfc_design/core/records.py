@@ -1,4 +1,4 @@
-"""Checked records of user input, and the lines about its mistakes."""
+"""Records that check user input, and errors with a line for each mistake in it."""
 
 import re
 from collections.abc import Collection, Iterator
@@ -28,13 +28,13 @@ from hfc_design.core.wording import Keys
 
 
 def _no_number(value: Plain) -> bool:
-    """Whether it is true or "1_0": Python counts with them as with 1 and 10."""
+    """Return whether a value is a bool or a text like "1_0", which Python takes for 1 and 10."""
     return isinstance(value, bool) or (isinstance(value, str) and "_" in value)
 
 
 @BeforeValidator
 def _no_truth(value: Plain) -> Plain:
-    """Validates a number."""
+    """Validate a number: bools and texts like "1_0" are not numbers."""
     if _no_number(value):
         raise PydanticKnownError("float_type")
     return value
@@ -43,32 +43,32 @@ def _no_truth(value: Plain) -> Plain:
 Finite = Annotated[float, Field(allow_inf_nan=False), _no_truth]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False), _no_truth]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False), _no_truth]
-#: A number of the drive's unit, or a text with a unit of its own.
+#: A number in the unit of the drive, or a text with a number and a unit, as "20 urad".
 Quantity: TypeAlias = Annotated[Finite | str, AfterValidator(quantities.known)]
 NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"
 Name = Annotated[str, Field(pattern=NAME)]
 Label = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,31}$")]
 
-#: Linguistic terms of an input; a rule table is TERMS x TERMS.
+#: Number of linguistic terms of an input; a rule table has TERMS x TERMS numbers.
 TERMS = 7
-ZR = TERMS // 2  # place of the middle term
+ZR = TERMS // 2  # index of the middle term, zero
 Row = Annotated[tuple[Finite, ...], Field(min_length=TERMS, max_length=TERMS)]
 Rules = Annotated[tuple[Row, ...], Field(min_length=TERMS, max_length=TERMS)]
 
 
 @AfterValidator
 def ordered(pair: tuple[float, float]) -> tuple[float, float]:
-    """Validate a range."""
+    """Validate a range: the lower bound comes first."""
     if pair[0] > pair[1]:
         raise ValueError("must be [low, high]")
     return pair
 
 
 class Asked(type(BaseModel)):  # type: ignore[misc]
-    """Metaclass of records that scripts make by name: mistakes give the same lines as in a file."""
+    """Metaclass of records that scripts create: a mistake gives the same line as in a file."""
 
     def __call__(cls, *given: Any, **fields: Any) -> Any:
-        """A record; UserError: it is not allowed."""
+        """Create a record; UserError: a value is not allowed."""
         try:
             return super().__call__(*given, **fields)
         except ValidationError as error:
@@ -91,7 +91,7 @@ class Record(BaseModel):
 
     @classmethod
     def _without_truths(cls, data: Any) -> Any:
-        """``data`` with ``...`` in place of values that only Python takes for numbers, as True."""
+        """Return ``data`` with ``...``, which is refused, for bools and "1_0" in number fields."""
         if not isinstance(data, dict) or not any(map(_no_number, data.values())):
             return data
         kinds = {name: one.annotation for name, one in cls.model_fields.items()}
@@ -105,7 +105,7 @@ class Record(BaseModel):
 
 
 class Ordered(Record):
-    """A record with fixed last keys in a file: the cells of batches are named by its text."""
+    """A record stored with ``keys_last`` at the end: cells of batches are named by this text."""
 
     keys_last: ClassVar[Collection[str]] = ()
 
@@ -115,23 +115,23 @@ class Ordered(Record):
         return {key: data[key] for key in sorted(data, key=lambda key: key in self.keys_last)}
 
 
-#: Noncharacters of Unicode, which ``harmless`` replaces: they are in no text that is shown.
+#: Marks around the two wordings of a text: noncharacters of Unicode, which no shown text contains.
 BEGIN, OR, END = MARKS = "\ufdd0\ufdd1\ufdd2"
 _BOTH = re.compile(f"{BEGIN}([^{MARKS}]*){OR}([^{MARKS}]*){END}")
 NOTHING: Any = object()
 
 
 def either(typed: str, in_script: str) -> str:
-    """Text for a message that is ``typed`` on the command line and ``in_script`` elsewhere."""
+    """Return a text for messages that reads ``typed`` on the command line, else ``in_script``."""
     return BEGIN + OR.join(re.sub(f"[{MARKS}]", "?", text) for text in (typed, in_script)) + END
 
 
 def option(name: str, value: Any = NOTHING, argument: str = "", key: str | None = None) -> str:
-    """Name of an option in a message: ``--name``, or in a script the ``argument`` of a function.
+    """Return an option as messages name it: ``--name``, in scripts the ``argument`` of a function.
 
-    In ``name``, ``_`` stands for ``-``; ``argument`` is "" if it equals ``name``. ``value`` is the
-    given one: True for an option without value, ``...`` if the user still has to give one. ``key``
-    is the key of ``value`` in a mapping; without ``value``, one text of an option with several.
+    In ``name``, ``_`` stands for ``-``; ``argument`` is "" if it equals ``name``. ``value`` is what
+    the user gave: True for an option without a value, ``...`` if the value is still missing.
+    ``key`` is the key of ``value`` in a mapping; without ``value``, one of several given texts.
     """
     typed, in_script = f"--{name.replace('_', '-')}", argument or name
     shown = str(value) if isinstance(value, Number) else repr(value)
@@ -149,65 +149,65 @@ def option(name: str, value: Any = NOTHING, argument: str = "", key: str | None 
     return either(f"{typed} {key}={value}", f"{in_script}={{{key!r}: {shown}}}")
 
 
-#: Characters of a message, which has "hfc: " before it: nobody reads more.
+#: Most characters of a line of a message, without "hfc: " before it.
 LONGEST = 295
-#: What is quoted in a line that is too long: of such a path or value the ends are enough.
+#: A long path or value; in a line that is too long only its beginning and its end are shown.
 LONG_WORD = re.compile(r"\S{101,}")
 
 
 def in_a_line(message: str, to_script: bool = False) -> str:
-    """A message as one printable line of limited length; ``to_script``: in words for scripts."""
+    """Return a message as a printable line of limited length; ``to_script``: worded for scripts."""
     line = " ".join(_BOTH.sub(r"\2" if to_script else r"\1", message).split())
     if len(line) > LONGEST:
         line = LONG_WORD.sub(lambda match: f"{match[0][:60]}...{match[0][-30:]}", line)
-    if len(line) > LONGEST:  # who is meant stands in front, what is allowed at the end
+    if len(line) > LONGEST:  # it begins with what is wrong, and ends with what is allowed
         line = f"{line[: LONGEST - 100]} ... {line[-95:]}"
     return harmless(line)
 
 
 def harmless(text: str) -> str:
-    """A text without characters that control the terminal."""
+    """Return a text with "?" in place of characters that may control the terminal."""
     return "".join(letter if letter.isprintable() else "?" for letter in text)
 
 
 class UserError(Exception):
-    """User input that cannot be used, a line for each mistake: exit code 2."""
+    """Error in user input; ``args`` has a line for each mistake; the exit code is 2."""
 
     exit_code = 2
 
     @property
     def lines(self) -> list[str]:
-        """Every mistake in a line in the words of the command line, harmless to a terminal."""
+        """A printable line for each mistake, worded for the command line."""
         return [in_a_line(str(line)) for line in self.args]
 
     def __str__(self) -> str:
-        """The lines for a script, with arguments in place of command-line options."""
+        """Return the lines worded for a script: arguments in place of command-line options."""
         return "\n".join(in_a_line(str(line), True) for line in self.args)
 
     @property
     def typed(self) -> str:
-        """All ``lines`` as one text, for a table of the program."""
+        """All ``lines`` as one text, for pages and files that the program writes."""
         return "\n".join(self.lines)
 
     @property
     def message(self) -> str:
-        """All lines as one text for another error, which may be shown to either."""
+        """All lines as one text for a new error, with both wordings: command line and script."""
         return "\n".join(map(str, self.args))
 
     def within(self, source: object) -> Self:
-        """The same mistakes, attributed to ``source``."""
+        """Return the same error with ``source`` in front of each line."""
         return type(self)(*(f"{source}: {line}" for line in self.args))
 
 
 class RunError(UserError):
-    """Failure outside the program, such as a full disk: exit code 1."""
+    """Error outside the program, such as a full disk; the exit code is 1."""
 
     exit_code = 1
 
 
 @contextmanager
 def writing(place: Path) -> Iterator[None]:
-    """Turn an error of the system into a RunError that names the file or folder to be written."""
+    """Turn an OSError into a RunError that names the file or folder to be written."""
     try:
         yield
     except OSError as error:
@@ -225,9 +225,9 @@ def checked(
     keys: Keys = NO_KEYS,
     **context: Any,
 ) -> Checked:
-    """Return ``data`` of the file ``source`` as a record; a file that it names lies in ``folder``.
+    """Return ``data`` of the file ``source`` as a record; relative paths in it start at ``folder``.
 
-    ``keys`` are those that it may have, ``context`` is for the validators.
+    ``keys`` are all keys that such a file may have. Validators receive ``context``.
 
     Raises:
         UserError: the model does not allow the data; one line for each mistake.
@@ -240,6 +240,6 @@ def checked(
         return check(data)
     except ValidationError as error:
         raise UserError(*format_errors(error, data, check, keys)).within(source) from None
-    except ArithmeticError:  # of what is computed to check it
+    except ArithmeticError:  # from what a validator computes
         fault = "holds a number too large or too small to compute with"
         raise UserError(f"{source}: {fault}") from None

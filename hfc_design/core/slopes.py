@@ -1,4 +1,4 @@
-"""Numbers with their slopes, to find the slope of a law at a point without compiling it."""
+"""Numbers with their derivatives (slopes), to differentiate a law without compiling it."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -8,14 +8,14 @@ from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from hfc_design.core.numbers import ARRAYS, Floats, Scalar
 
-#: Derivatives of a function by its arguments, of what it gives and those.
+#: Function of NumPy -> (its output, its arguments) -> its derivatives by the arguments.
 SLOPES: Mapping[Any, Callable[..., tuple[Any, ...]]] = {
     np.add: lambda output, a, b: (1.0, 1.0),
     np.subtract: lambda output, a, b: (1.0, -1.0),
     np.negative: lambda output, a: (-1.0,),
     np.multiply: lambda output, a, b: (b, a),
     np.divide: lambda output, a, b: (1.0 / b, -output / b),
-    np.power: lambda output, a, power: (_steep(a, power), np.nan),  # no law has a slope of a power
+    np.power: lambda output, a, power: (_steep(a, power), np.nan),  # exponents are constants
     np.absolute: lambda output, a: (np.sign(a),),
     np.exp: lambda output, a: (output,),
     np.tanh: lambda output, a: (1.0 - output**2,),
@@ -25,7 +25,7 @@ SLOPES: Mapping[Any, Callable[..., tuple[Any, ...]]] = {
 
 
 class Sloped(NDArrayOperatorsMixin):
-    """Numbers (lanes,) and their slopes (variables, lanes), for laws written with ``xp``."""
+    """Numbers (points,) and their slopes (variables, points), for laws written with ``xp``."""
 
     def __init__(self, value: Any, slope: Any):
         self.value, self.slope = value, slope
@@ -42,7 +42,7 @@ class Sloped(NDArrayOperatorsMixin):
 
 def _steep(a: Any, power: float) -> Any:
     with np.errstate(divide="ignore", invalid="ignore"):
-        steep = power * a ** (power - 1)  # of a root at 0 either way: 0 in the mean
+        steep = power * a ** (power - 1)  # infinite for a root at 0, to both sides: 0 on average
     return np.where(np.isfinite(steep), steep, 0.0)
 
 
@@ -51,7 +51,7 @@ def _parts(x: Any) -> tuple[Any, Any]:
 
 
 def parts(x: Any, variables: int, lanes: int) -> tuple[Floats, Floats]:
-    """A number and its slopes in full: (lanes,) and (variables, lanes)."""
+    """Return the values (lanes,) and slopes (variables, lanes) of a number at ``lanes`` points."""
     value, slope = _parts(x)
     return np.broadcast_to(value, lanes), np.broadcast_to(slope, (variables, lanes))
 
@@ -70,5 +70,5 @@ def _pick(values: Mapping[int, Scalar], index: Any) -> Any:
     return result
 
 
-#: The functions that laws are written with, on such numbers.
+#: The functions that laws are written with, for ``Sloped`` numbers.
 SLOPED = ARRAYS._replace(where=_where, pick=_pick)

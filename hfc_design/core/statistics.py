@@ -6,23 +6,23 @@ import numpy as np
 
 from hfc_design.core.numbers import Floats
 
-#: Every interval holds what it is of with at least this probability.
+#: Every interval contains the true value with at least this probability.
 LEVEL = 0.95
-#: Pairs whose signs are all tried.
+#: Most pairs for which all combinations of signs are enumerated.
 FEW = 13
 Interval = tuple[float, float]
 
 
 class Paired(NamedTuple):
-    """Distribution of (n,) ratios of two things on the same n occasions, relative to 1."""
+    """Statistics of (n,) ratios of two quantities that were measured on the same n occasions."""
 
-    ratio: float  # the median; nan of nothing, or between 0 and infinity
-    interval: Interval | None  # of the median; None where n is too small for one
+    ratio: float  # the median; nan if n is 0, or if it is the mean of 0 and infinity
+    interval: Interval | None  # confidence interval of the median; None: n is too small
     p: float  # Wilcoxon's signed-rank test of the logarithms, two-sided
 
 
 def share_interval(hits: int, count: int) -> Interval:
-    """Confidence interval of a share from ``hits`` of ``count`` (Clopper & Pearson 1934).
+    """Return the confidence interval of a share: ``hits`` of ``count`` (Clopper & Pearson 1934).
 
     Exact: it contains the true share with a probability of at least ``LEVEL``, for every share.
     """
@@ -35,11 +35,11 @@ def share_interval(hits: int, count: int) -> Interval:
 
 
 def median_interval(values: Floats) -> Interval | None:
-    """Confidence interval of the median from a sample of (n,) ``values``; None for fewer than six.
+    """Return the confidence interval of the median from (n,) ``values``; None if n is below six.
 
     Its ends are two of the ordered values; the binomial distribution gives the probability that the
-    median is between them (the sign test turned around). It is exact, and infinite values are
-    allowed.
+    median is between them (the inverse of the sign test). The interval is exact, and infinite
+    values are allowed.
     """
     from scipy.stats import binom
 
@@ -51,10 +51,10 @@ def median_interval(values: Floats) -> Interval | None:
 
 
 def paired(logarithms: Floats) -> Paired:
-    """Test of (n,) logarithms of ratios, infinite ones too: these rank beyond all others.
+    """Return the statistics of ratios from their (n,) logarithms; infinite ones rank beyond all.
 
-    Equal pairs (0) keep their ranks and then count for neither side (Pratt 1959). p is exact up to
-    ``FEW`` pairs, and up to 50 without ties; else it is by the normal approximation.
+    Ratios of 1 (logarithm 0) are ranked too, but then count for neither side (Pratt 1959). p is
+    exact up to ``FEW`` pairs, and up to 50 without ties; else it uses the normal approximation.
     """
     finite = np.abs(logarithms[np.isfinite(logarithms)])
     beyond = 2.0 * finite.max(initial=0.0) + 1.0
@@ -66,12 +66,12 @@ def paired(logarithms: Floats) -> Paired:
 
 
 def _signed_ranks(values: Floats) -> float:
-    """The two-sided p of Wilcoxon's test."""
+    """Return the two-sided p of Wilcoxon's signed-rank test of (n,) ``values``."""
     from scipy.stats import rankdata, wilcoxon
 
     if len(values) > FEW and values.any():
         return float(wilcoxon(values, zero_method="pratt").pvalue)
-    # All signs: SciPy takes seconds for that where values are tied.
+    # All combinations of signs; SciPy takes seconds for them where values are tied.
     ranks = rankdata(np.abs(values))[values != 0.0]
     signs = np.arange(2 ** len(ranks))[:, None] >> np.arange(len(ranks)) & 1
     sums, seen = signs @ ranks, ranks @ (values[values != 0.0] > 0.0)
@@ -82,13 +82,13 @@ def _median_ratio(logarithms: Floats) -> float:
     if not len(logarithms):
         return float("nan")
     ranked = np.sort(logarithms)
-    with np.errstate(invalid="ignore"):  # one of each infinity
+    with np.errstate(invalid="ignore"):  # the mean of -inf and inf
         middle = 0.5 * (ranked[(len(ranked) - 1) // 2] + ranked[len(ranked) // 2])
     return float(np.exp(middle))
 
 
 def holm(p: Floats) -> Floats:
-    """Holm's step-down correction of (n,) p-values for n tests (Holm 1979)."""
+    """Return (n,) p-values of n tests with Holm's step-down correction (Holm 1979)."""
     order = np.argsort(p, kind="stable")
     steps = np.maximum.accumulate(p[order] * (len(p) - np.arange(len(p))))
     corrected = np.empty(len(p))

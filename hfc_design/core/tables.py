@@ -1,4 +1,4 @@
-"""A table of a result, which writers show: terminal, page, LaTeX; records in a notebook."""
+"""Tables of results for terminals, pages, LaTeX and notebooks; display of records in notebooks."""
 
 import re
 from collections.abc import Collection, Mapping, Sequence
@@ -7,11 +7,11 @@ from math import isfinite
 from typing import NamedTuple
 
 Rows = Sequence[Sequence[str]]
-Values = Mapping[str, object]  # of a record, by their names
+Values = Mapping[str, object]  # name -> value of a field of a record
 
 #: A missing number.
 MISSING = "–"
-#: Cells that stand in a column of numbers, or their beginnings.
+#: A cell of a column of numbers, or the beginning of such a cell.
 NUMERIC = re.compile(
     r"[<≤]? ?[-+±\u2212]?(\d|\.\d|[–∞])|(-|unstable|diverged|diverges|never|chaotic|breaks)?$"
 )
@@ -28,15 +28,15 @@ class Table(NamedTuple):
     caption: str  # what it shows
     head: Sequence[str]
     rows: Rows
-    best: Sequence[Collection[int]] = ()  # of each row the places of the best; () for none in all
-    title: str = ""  # what a terminal shows above it, in place of the caption below it
-    lines: Sequence[str] = ()  # sentences below it
-    key: str = ""  # what the caption of a table without its page says beside it
-    links: Sequence[str] = ()  # of each row the address that its name leads to; "" for none
+    best: Sequence[Collection[int]] = ()  # for each row the indices of its best cells; (): no marks
+    title: str = ""  # text above the table on a terminal, instead of the caption below
+    lines: Sequence[str] = ()  # sentences below the table
+    key: str = ""  # explanation that the caption needs where the table is not on its page
+    links: Sequence[str] = ()  # for each row the address to which its name links; "": no link
 
     @property
     def numeric(self) -> list[bool]:
-        """Whether each column holds numbers."""
+        """For each column, whether it contains numbers."""
         return [
             k > 0 and head != "unit" and bool(cells) and all(map(NUMERIC.match, cells))
             for k, (head, *cells) in enumerate(zip(self.head, *self.rows, strict=True))
@@ -53,7 +53,7 @@ class Table(NamedTuple):
 
 
 def text(*lines: str) -> Table:
-    """Lines between tables."""
+    """Return a table of ``lines`` only, for text between tables."""
     return Table("", (), (), lines=lines)
 
 
@@ -63,12 +63,12 @@ def _cell(content: str, value: bool) -> str:
 
 
 def line(kind: str, values: Values) -> str:
-    """Text ``kind(name=value, ...)``, numbers with four digits."""
+    """Return the text ``kind(name=value, ...)``, with floats of four digits."""
     return f"{kind}({', '.join(f'{key}={_text(value, True)}' for key, value in values.items())})"
 
 
 def table(title: str, values: Values) -> str:
-    """A table of two columns as HTML; its texts are escaped."""
+    """Return a table of names and values as HTML, with escaped texts."""
     cells = [[key, _text(value)] for key, value in values.items()]
     return Table(title, ("", ""), cells)._repr_html_()
 

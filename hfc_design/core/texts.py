@@ -1,7 +1,7 @@
-"""Content of users' files: read within limits, and only what can be processed and written again.
+"""Reading of users' files: within limits, and only what can be processed and written again.
 
-A mistake in a text is a ``ValueError`` that does not name the file, for callers that check a part
-of another file; ``as_user_error`` turns it into a line for the user.
+A mistake in a text raises a ``ValueError`` that does not name the file, because the text may be a
+part of another file. ``as_user_error`` turns the error into a line for the user.
 """
 
 import codecs
@@ -26,31 +26,31 @@ from hfc_design.core.records import UserError
 from hfc_design.core.wording import one_of
 
 MEGABYTE = 1_000_000
-#: The largest text, and the largest table of numbers [MB].
+#: Largest size of a text, and of a table of numbers [MB].
 LARGEST, LARGEST_TABLE = 5, 64
-#: How often tables and lists may lie in each other, and how many parts a dotted key may have.
+#: Most levels of nested tables and lists, and most parts of a dotted key.
 DEEPEST = 64
 NESTED = f"lists and tables are nested more than {DEEPEST} deep"
-#: First bytes of what has been packed, and by what.
+#: First bytes of a compressed file -> name of the compression.
 PACKED = {b"\x1f\x8b": "gzip", b"\xfd7zXZ": "xz", b"BZh": "bzip2", b"PK": "zip", b"(\xb5": "zstd"}
-# The time that tomllib takes grows with the square of a key's parts. Every part is passed once.
+# tomllib takes a time that grows with the square of a key's parts; these pass each part once.
 _STRING = re.compile(r"\"(?:[^\"\\]|\\.)*+\"?|'[^']*+'?")
 _LONG_KEY = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
 
 
 def content(path: str | Path, largest: int = LARGEST) -> bytes:
-    """Bytes of a file or of the other end of a pipe, up to ``largest`` MB, also from a device.
+    """Return the bytes of a file, of a pipe from the shell or of a device, at most ``largest`` MB.
 
     Raises:
-        ValueError: it cannot be read, holds more, or waits for somebody to open its other end.
+        ValueError: it cannot be read, has more, or is a named pipe, whose writer may never come.
     """
     try:
-        if Path(realpath(path)).is_fifo():  # what the shell has opened for us has no such name
+        if Path(realpath(path)).is_fifo():  # False for a pipe from the shell, which has no path
             raise OSError("it is a named pipe; give a file, or /dev/stdin")
         with open(path, "rb") as file:
             much = os.fstat(file.fileno()).st_size > largest * MEGABYTE
             data = b"" if much else file.read(largest * MEGABYTE + 1)
-    except (OSError, ValueError) as error:  # the other one: a zero byte in the name
+    except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
         reason = getattr(error, "strerror", None) or error
         raise ValueError(f"cannot be read: {reason}") from None
     if much or len(data) > largest * MEGABYTE:
@@ -59,7 +59,7 @@ def content(path: str | Path, largest: int = LARGEST) -> bytes:
 
 
 def decoded(data: bytes, encoding: str = "utf-8", errors: str = "strict") -> str:
-    """Text in the bytes of a file, UTF-16 if it says so; ValueError: none, or compressed."""
+    """Return the text in a file's bytes (UTF-16 if marked so); ValueError: no text, compressed."""
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         encoding = "utf-16"
     try:
@@ -87,13 +87,13 @@ def toml_of(text: str) -> Json:
         raise ValueError(f"{error}{_hint(str(error), text)}") from None
 
 
-#: Where tomllib says that something is wrong; a number with a decimal comma; what is given twice.
+#: Patterns: the line number in an error of tomllib; a number with a decimal comma.
 _WHERE, _COMMA = re.compile(r"\(at line (\d{1,9})"), re.compile(r"=\s*([-+]?\d+),(\d+)\s*(#.*)?$")
 _TWICE = "Cannot overwrite a value"
 
 
 def _hint(message: str, text: str) -> str:
-    """Likely cause of a mistake in TOML; "": not known."""
+    """Return the end of a message with the likely cause of a mistake in TOML; "": not known."""
     lines, match = text.rstrip().split("\n"), _WHERE.search(message)
     line = lines[min(int(match[1]) if match else len(lines), len(lines)) - 1]
     if comma := _COMMA.search(line):
@@ -113,7 +113,7 @@ def _parsed(wrong: str, parse: Callable[[str], Plain], text: str, finite: bool =
     except RecursionError:
         fault = NESTED
     except ValueError as error:
-        fault = str(error).partition("; use sys.")[0]  # that is for programmers
+        fault = str(error).partition("; use sys.")[0]  # the rest is for programmers
     if fault:
         raise ValueError(f"{wrong}: {fault}")
     return parsed
@@ -171,7 +171,7 @@ def writable(data: Json) -> Json:
 
 @contextmanager
 def as_user_error(source: object) -> Iterator[None]:
-    """Turn an error about a text into a UserError about its ``source``."""
+    """Turn a ValueError about a text into a UserError that names the ``source`` of the text."""
     try:
         yield
     except ValueError as error:
@@ -190,7 +190,7 @@ def read_toml(path: str | Path) -> Json:
         return toml_of(decoded(content(path)))
 
 
-#: What a file of each kind ends with, and is called.
+#: Kind of file -> its suffix, and its name in messages.
 FILES = {"scenario": (".toml", "a TOML file"), "design": (".json", "a design file")}
 
 
@@ -199,7 +199,7 @@ def no_such(what: str, name: str, built_in: Iterable[str]) -> UserError:
     ending, file = FILES[what]
     try:
         there = [Path(entry) for entry in sorted(os.listdir(Path(name).parent))]
-    except (OSError, ValueError):  # the other one: a zero byte in the name
+    except (OSError, ValueError):  # ValueError: a zero byte in the name
         there = []
     stems = {path.stem: path.name for path in there if path.suffix == ending}
     known, stem = [*built_in], Path(name).name.removesuffix(ending)

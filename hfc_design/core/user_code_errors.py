@@ -1,6 +1,6 @@
 """Description of an error in a user's own code in a line: its place, and how to correct it.
 
-Never imports JAX: its errors are known by their names.
+Never imports JAX: it recognises JAX's errors by the names of their classes.
 """
 
 import re
@@ -10,13 +10,13 @@ from traceback import walk_tb
 
 from pydantic import ValidationError
 
-#: Packages in which a user's mistake ends, and is not made.
+#: Packages whose code is not the user's, although a user's mistake may raise an error there.
 OURS = {"hfc_design", "plants", "jax", "jaxlib", "numpy", "scipy", "equinox", "optimistix"}
 _WRITE = (
     "write jnp.sin for math.sin or np.sin (likewise all functions), jnp.asarray for "
     "float; annotate a float of an AxisLaw that Python needs as hfc.Constant"
 )
-#: What to write where JAX says that code needs a number and there is none yet.
+#: JAX's error where code needs the number of a value that JAX traces -> what to write instead.
 INSTEAD = {
     "TracerBoolConversionError": "write jnp.where(condition, a, b) for if (xp.where in a law), "
     "jnp.minimum and jnp.maximum for min and max, & and | for and, or",
@@ -26,7 +26,7 @@ INSTEAD = {
 }
 _WHY = "values are not known yet"
 
-#: Of a carry that does not stay what it was: what it is, and what it becomes.
+#: JAX's message that a carried value changes its type: the type before, the type after.
 _CARRIED = re.compile(
     r"input carry .+? (?:is a|has type) (.+?) but the corresponding .+? "
     r"(?:is a|has type) (.+?), so "
@@ -34,9 +34,9 @@ _CARRIED = re.compile(
 
 
 def describe(error: Exception) -> str:
-    """Kind, place in the user's file and first line of an error; all lines for a record's error.
+    """Return class, first line and place in the user's file of an error, as one text.
 
-    If a correction is known, the place and the correction come first.
+    If a correction is known, it replaces the first line. An error of a record keeps all lines.
     """
     kind, place = type(error).__name__, _place(error)
     for one in type(error).__mro__:
@@ -49,7 +49,7 @@ def describe(error: Exception) -> str:
 
 
 def _carried(message: str) -> str:
-    """JAX's long message about a changed carry as one line; "" for other errors."""
+    """Return one line for JAX's long message on a carried value; "" for other messages."""
     match = _CARRIED.search(message)
     if not match:
         return ""
@@ -65,7 +65,7 @@ def _in_a_word(kind: str) -> str:
 
 
 def _place(error: Exception) -> str:
-    """File, line and function of the innermost frame of the user's own code; "" without one."""
+    """Return file, line and function of the innermost frame in the user's own code; "": none."""
     last = ""
     for frame, line in walk_tb(error.__traceback__):
         module = str(frame.f_globals.get("__name__", "")).partition(".")[0]

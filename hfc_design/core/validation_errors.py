@@ -13,11 +13,11 @@ from hfc_design.core.numbers import Plain
 from hfc_design.core.quantities import without_unit
 from hfc_design.core.wording import Keys, alternatives, near, one_of, rule
 
-#: Lines on one file; the others are counted.
+#: Most lines on one file; further mistakes are only counted.
 MOST = 100
-#: Parts of a dotted key that are looked at; a file has no deeper ones, a quoted key may.
+#: Most parts of a dotted key that are examined; only a key in quotes can have more.
 DEEP, _DOT = 64, re.compile(r"\.")
-#: What pydantic can make an error of; others are made up by whoever found them.
+#: Types of errors that pydantic defines; validators may raise errors of other types.
 KINDS = frozenset(get_args(ErrorType))
 NO_SUCH, MEANT = "unknown key", "did you mean"
 NO_KEYS = Keys()
@@ -25,11 +25,11 @@ Place = tuple[int | str, ...]
 
 
 class NoSuchKey(ValueError):
-    """A key that a table does not have."""
+    """Error for a key that a table does not have."""
 
 
 def no_such_key(model: type[BaseModel], key: str) -> NoSuchKey:
-    """Error for a key that the table of ``model`` does not have."""
+    """Return the error for a key that the table of ``model`` does not have."""
     known = [*model.model_fields]
     inside = [f"{name}.{key}" for name in known if key in _fields(model, name)]
     meant = inside if inside and not near(key, known) else []
@@ -38,7 +38,7 @@ def no_such_key(model: type[BaseModel], key: str) -> NoSuchKey:
 
 
 def _fields(model: type[BaseModel], name: str) -> Iterable[str]:
-    """The keys of a field that is a table, if they are fixed."""
+    """Return the keys of a field that is a table with fixed keys; else ()."""
     field: Any = model.model_fields[name].annotation
     if get_origin(field) is Annotated:
         field = get_args(field)[0]
@@ -46,9 +46,9 @@ def _fields(model: type[BaseModel], name: str) -> Iterable[str]:
 
 
 def with_keys(error: ValidationError, model: type[BaseModel]) -> ValidationError:
-    """The same error; for unknown keys of the ``model`` itself it lists the known ones."""
+    """Return the same error; for unknown keys of the ``model`` itself it lists the known keys."""
 
-    mine = 0  # of so many, looking for what each may mean takes minutes
+    mine = 0  # unknown keys so far; to find what each of very many may mean takes minutes
 
     def with_key(kind: str, place: Place) -> Exception | None:
         nonlocal mine
@@ -61,12 +61,12 @@ def with_keys(error: ValidationError, model: type[BaseModel]) -> ValidationError
 
 
 def inside(error: ValidationError, *place: int | str) -> ValidationError:
-    """The same error, placed in the whole of which its record is a part."""
+    """Return the same error with ``place``, the keys of its record in the file, in front."""
     return _again(error, place, lambda kind, place: None)
 
 
 def with_lines(error: ValidationError | None, lines: Iterable[str]) -> ValidationError:
-    """The same error of a table with further mistakes, ``lines`` that begin with keys in it."""
+    """Return the error of a table with further mistakes: ``lines`` that begin with its keys."""
     details = [] if error is None else _details(error, (), lambda kind, place: None)
     details += [
         InitErrorDetails(type="value_error", loc=(), input={}, ctx={"error": ValueError(line)})
@@ -100,10 +100,10 @@ def _details(
 def format_errors(
     error: ValidationError, data: Plain, again: Callable[[Plain], Any], keys: Keys = NO_KEYS
 ) -> list[str]:
-    """Lines with every mistake in ``data``; missing keys come first, in a line together.
+    """Return lines on the mistakes in ``data``; all missing keys come first, in one line.
 
-    ``again`` checks other data in its place, to find the available kinds; ``keys`` are the allowed
-    keys.
+    ``again`` validates changed data, whose error tells the available kinds. ``keys`` are the keys
+    that such a file may have.
     """
     missing, faults = [], dict[str, list[str]]()
     for one in error.errors(include_url=False):
@@ -118,7 +118,7 @@ def format_errors(
     lines = []
     if missing:
         lines = [f"{', '.join(missing)}: {'are' if len(missing) > 1 else 'is'} missing"]
-    # Of what may be one thing or another, a fault inside says more than that it is not the other.
+    # Where several types are allowed, a fault inside a value says more than "not the other type".
     around = {key[: dot.start()] for key in faults for dot in islice(_DOT.finditer(key), DEEP)}
     shown = {key: messages for key, messages in faults.items() if key not in around}
     lines += [_either(messages) for messages in [*shown.values()][:MOST]]
@@ -128,7 +128,7 @@ def format_errors(
 
 
 def _either(messages: list[str]) -> str:
-    """Join several rules for one value, any of which would do, into one line."""
+    """Return one line for several rules of which a value has to meet any one."""
     first, *others = dict.fromkeys(messages)
     head, rule, _ = first.partition(": must be ")
     alike = bool(rule) and all(line.startswith(head + rule) for line in others)
@@ -140,7 +140,7 @@ def _either(messages: list[str]) -> str:
 
 
 def _text(error: Any, data: Plain, again: Callable[[Plain], Any], keys: Keys) -> tuple[str, str]:
-    """The dotted key of an error, and its line."""
+    """Return the dotted key of an error, and the line for the user."""
     kind, place, context = error["type"], error["loc"], error.get("ctx", {})
     key, value = _place(place, data, False)
     if place and place[-1] == "[key]":
@@ -171,7 +171,7 @@ def _text(error: Any, data: Plain, again: Callable[[Plain], Any], keys: Keys) ->
 
 
 def _there(key: str, keys: Keys) -> str:
-    """Text on an unknown key: the owner of that key, or a key with the same end."""
+    """Return a text on an unknown key: whose key it is, or which known keys end alike."""
     if other := keys.whose(key):
         return f"{NO_SUCH} here, it belongs to {other};"
     end = key.rpartition(".")[2]
@@ -180,7 +180,7 @@ def _there(key: str, keys: Keys) -> str:
 
 
 def _no_kind(error: Any, data: Plain, key: str, again: Callable[[Plain], Any]) -> tuple[str, str]:
-    """Error for a table whose kind is missing or unknown."""
+    """Return the dotted key and the line for a table whose kind is missing or unknown."""
     context = error.get("ctx", {})
     which = context["discriminator"].strip("'")
     kind_key = f"{key}.{which}" if key else which
@@ -196,7 +196,7 @@ def _no_kind(error: Any, data: Plain, key: str, again: Callable[[Plain], Any]) -
 
 
 def _kinds(place: Place, data: Plain, which: str, again: Callable[[Plain], Any]) -> list[str]:
-    """The kinds that the table at ``place`` can have: those that an unknown kind's error lists."""
+    """Return the kinds that the table at ``place`` can have, from the error for an unknown kind."""
     try:
         again(_with_kind(data, place, which))
     except ValidationError as error:
@@ -207,7 +207,7 @@ def _kinds(place: Place, data: Plain, which: str, again: Callable[[Plain], Any])
 
 
 def _with_kind(data: Plain, place: Place, which: str) -> Plain:
-    """``data`` with an impossible kind in the table at ``place``."""
+    """Return ``data`` with an impossible kind in the table at ``place``."""
     if isinstance(data, dict) and place and place[0] in data:
         return data | {place[0]: _with_kind(data[place[0]], place[1:], which)}
     if isinstance(data, list | tuple) and place and isinstance(place[0], int):
@@ -219,7 +219,7 @@ def _with_kind(data: Plain, place: Place, which: str) -> Plain:
 
 
 def _place(location: Place, data: Plain, missing: bool) -> tuple[str, Plain]:
-    """The dotted key of a location, whose last part may be missing, and the value there.
+    """Return the dotted key of a location, and the value there; ``missing``: it is not in the file.
 
     pydantic puts the branch of a union into the location too; no such key is in the file.
     """
@@ -238,6 +238,6 @@ def _place(location: Place, data: Plain, missing: bool) -> tuple[str, Plain]:
 
 
 def short(value: Plain, limit: int = 60) -> str:
-    """A value, shortened for a message."""
+    """Return the ``repr`` of a value, shortened for a message."""
     text = repr(value)
     return text if len(text) <= limit else text[:limit] + "..."

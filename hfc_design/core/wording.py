@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
 from typing import Any, NamedTuple
 
-#: What the last parts of a key say of its unit.
+#: End of a key -> unit of its value.
 UNITS = {
     "_mm_min": "mm/min",
     "_mm_s2": "mm/s²",
@@ -23,7 +23,7 @@ UNITS = {
 }
 NUMBER, WHOLE, TEXT = "must be a number", "must be a whole number", "must be a string"
 LIST, TABLE = "must be a list", "must be a table of keys and values"
-#: Kind of a mistake -> the rule, with what pydantic knows of it; UNIT stands for the key's.
+#: Kind of a mistake -> rule, with numbers from pydantic in braces; UNIT: place of the unit.
 RULES = {
     "missing": "is missing",
     "extra_forbidden": "unknown key",
@@ -54,9 +54,9 @@ RULES = {
     "invalid_key": "must have strings as keys",
     "invalid-json-value": "must be a value that a file can hold",
 }
-#: Letters of names in a row; at the end so many more names are no reason to leave them out.
+#: Most characters of a list of names; if only ``FEW`` names do not fit, they are listed too.
 MOST, FEW = 150, 3
-#: Of a kind that nobody thought of.
+#: Text for a kind of mistake that is not in ``RULES``.
 NOT_ALLOWED = "is not allowed here"
 _FIRST = "starting with a letter or digit"
 #: Pattern of a text -> what it means.
@@ -71,7 +71,7 @@ PATTERNS = {
 
 
 def rule(kind: str, context: Mapping[str, Any], unit: str) -> str:
-    """Requirement in a ``unit``, from a mistake's kind and pydantic's context."""
+    """Return the rule that a value breaks, from the mistake's kind and pydantic's context."""
     if kind == "string_pattern_mismatch":
         pattern = str(context["pattern"])
         return f"must be {PATTERNS.get(pattern, f'a string of the form {pattern}')}"
@@ -81,20 +81,20 @@ def rule(kind: str, context: Mapping[str, Any], unit: str) -> str:
 
 
 def of_its_name(key: str) -> str:
-    """Unit at the end of a key, s of ``duration_s``; "": none."""
+    """Return the unit at the end of a key, as s of ``duration_s``; "" if it has none."""
     return next((unit for end, unit in UNITS.items() if key.endswith(end)), "")
 
 
 class Keys(NamedTuple):
     """The keys that a file may have."""
 
-    unit: Callable[[str], str] = of_its_name  # of what stands at a dotted key; "": none
-    every: Callable[[], Iterable[str]] = tuple
-    whose: Callable[[str], str] = lambda key: ""  # of what else a dotted key is; "": of nothing
+    unit: Callable[[str], str] = of_its_name  # dotted key -> unit of the value; "": none
+    every: Callable[[], Iterable[str]] = tuple  # all dotted keys
+    whose: Callable[[str], str] = lambda key: ""  # dotted key -> names of its owners; "": none
 
 
 def near(given: object, known: Iterable[str], most: int = 1) -> list[str]:
-    """Known names that may be meant: ends or beginnings of dotted keys, else similar ones."""
+    """Return known names that ``given`` may mean: dotted keys with its end or start, or similar."""
     name, each = str(given).lower(), {one.lower(): one for one in known}
     alike = [name] if name in each else []
     if len(name) > 1:
@@ -104,25 +104,25 @@ def near(given: object, known: Iterable[str], most: int = 1) -> list[str]:
 
 
 def percent(share: float) -> str:
-    """A share in per cent with two digits; "less than 0.001 %" for a smaller one above 0."""
+    """Return a share in per cent with two digits; above 0 and below 1e-5: "less than 0.001 %"."""
     if 0.0 < share < 1e-5:
         return "less than 0.001 %"
     return f"{100 * share:{'.2g' if share < 0.995 else '.0f'}} %"
 
 
 def three_digits(value: float) -> str:
-    """A number with three digits, as in tables; up to a million without an exponent."""
+    """Return a number with three digits, as in tables; below a million without an exponent."""
     return f"{value:.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:.3g}"
 
 
 def alternatives(names: Iterable[str]) -> str:
-    """Text ``a, b or c``; "" of no names."""
+    """Return the text ``a, b or c``; "" if there are no names."""
     *others, last = [*names] or [""]
     return f"{', '.join(others)} or {last}" if others else last
 
 
 def one_of(given: object, known: Iterable[str], head: str = "available:") -> str:
-    """Text ``available: a, b, c``, preceded by a name that may have been meant."""
+    """Return ``available: a, b, c``, preceded by the known name that ``given`` may mean."""
     names = [*known]
     meant = "".join(f"did you mean {one}? " for one in near(given, names))
     listing = ", ".join(names) or "none"

@@ -38,7 +38,7 @@ from hfc_design.core.validation_errors import inside
 
 #: The designs that come with the package.
 BUILTIN = Path(__file__).parent / "designs"
-#: How files end that are no designs yet.
+#: Endings of files of other programs, which ``hfc import`` converts to designs.
 IMPORTED = (".fll", ".fis", ".fcl", ".fml")
 
 
@@ -58,7 +58,7 @@ class PerAxisRecord(Record):
         return self
 
     def of(self, axis: str) -> Self:
-        """The settings of one axis."""
+        """Return the settings of one axis: the common ones, with those of ``axes`` for it."""
         axis_settings = self.axes.get(axis)
         if axis_settings is None:
             return self
@@ -66,7 +66,7 @@ class PerAxisRecord(Record):
         return type(self)(**every | axis_settings)
 
 
-#: Samples that a command may be delayed by.
+#: Largest delay of a command [samples].
 MOST_DELAYED = 64.0
 
 
@@ -75,8 +75,8 @@ class Limits(PerAxisRecord):
 
     A command is limited to ``command``, changes no faster than ``command_rate`` [1/s], from 0
     before the first sample, and is then rounded to ``resolution``, the step of the converter. It
-    acts ``delay_samples`` later, 1 if the control computes while the last command acts, and the
-    drive's current follows it with ``lag_s``. A controller itself applies only the first two.
+    acts ``delay_samples`` later (1 if the control computes while the last command acts), and the
+    drive's current follows it with ``lag_s``. A controller applies only the first two itself.
     """
 
     #: largest command in both directions [command]; left out: only the limit of the drive
@@ -100,21 +100,21 @@ class Limits(PerAxisRecord):
         return self
 
     def commands(self, axes: Iterable[str]) -> dict[str, float | None]:
-        """Largest command of each of these axes."""
+        """Return the largest command of each of these axes; None: no limit."""
         return {axis: self.of(axis).command for axis in axes}
 
     def changes(self, axes: Iterable[str], sample_time: float) -> dict[str, float | None]:
-        """Largest change of the command of each of these axes in a sample."""
+        """Return the largest change of the command of each axis in a sample; None: no limit."""
         rates = {axis: self.of(axis).command_rate for axis in axes}
         return {axis: rate and rate * sample_time for axis, rate in rates.items()}
 
     def beside(self, *used: str) -> Json:
-        """Values of an axis by full keys, without the keys ``used`` and without defaults."""
+        """Return values by full keys (limits.KEY), but neither the keys ``used`` nor defaults."""
         left = self.model_dump(exclude={"axes", *used}, exclude_defaults=True)
         return {f"limits.{key}": x for key, x in left.items()}
 
     def without_rate(self) -> Self:
-        """The same limits without one of the rate."""
+        """Return the same limits, but without ``command_rate``."""
         axes = {
             axis: {key: x for key, x in axis_limits.items() if key != "command_rate"}
             for axis, axis_limits in self.axes.items()
@@ -131,7 +131,7 @@ class PlantRecord(Record):
     axes: dict[Label, dict[str, Finite]] = {}
 
 
-#: What a file tells and nothing computes with.
+#: Table of a file that is for information only: nothing computes with it.
 Told = Annotated[dict[str, JsonValue], writable]
 
 
@@ -172,24 +172,24 @@ class Design(Record, metaclass=Asked):
 
     @property
     def failed(self) -> bool:
-        """Whether its file says that it diverged."""
+        """True if the score in the file says that the motion diverged."""
         return self.score.get("fitness", "") is None
 
     @property
     def axis(self) -> str:
-        """Axis of which this design is a part; "" for the whole."""
+        """Axis whose part of a design this is; "" for a whole design."""
         return self._axis
 
     @property
     def connected(self) -> Any:
-        """Connection of its code to a machine's sensors; None: it reads the law's signals."""
+        """Connection of its code to a machine's sensors; None: the code reads the law's signals."""
         return self._connected
 
     def commanding(self, axes: Iterable[str]) -> Controller:
-        """Controller of a machine with these axes, within its own limits.
+        """Return the controller of a machine with these axes, within the limits of this design.
 
         Raises:
-            UserError: it is not a controller of such a machine.
+            UserError: the controller is not one for such a machine.
         """
         if self._connected and self._connected.machine:
             return self._connected.machine
@@ -198,13 +198,13 @@ class Design(Record, metaclass=Asked):
         return rate_limited(controller, limits, self.changes(axes))
 
     def changes(self, axes: Iterable[str]) -> dict[str, float | None]:
-        """Largest change of the command of each of these axes in a sample; None: no limit."""
+        """Return the largest change of the command of each axis in a sample; None: no limit."""
         return self.limits.changes(axes, self.controller.sample_time_s)
 
     def by_axis(self) -> dict[str, "Design"]:
-        """Designs of single axes by name, or only this one if all axes have the same.
+        """Return designs of single axes by name, or {"": this design} if all axes have the same.
 
-        Also only this one if its controller controls the whole machine.
+        Also {"": this design} if the controller commands the whole machine.
         """
         if self.kind.controller and not self.kind.axis_records:
             return {"": self}
@@ -221,20 +221,20 @@ class Design(Record, metaclass=Asked):
         return designs or {"": self}
 
 
-#: A design, or what names one: a built-in name, a file, a run folder.
+#: A design, or what stands for one: a built-in name, a file, a run folder.
 AnyDesign = Design | str | Path
 
 
 def builtin_designs() -> list[str]:
-    """Names of the designs that come with the package."""
+    """Return the names of the designs that come with the package."""
     return sorted(path.stem for path in BUILTIN.glob("*.json"))
 
 
 def named_design(source: AnyDesign) -> Design:
-    """Design with a built-in name, in a file or in a run folder; a design is returned as it is.
+    """Return the design with a built-in name, in a file or in a run folder; or a design as it is.
 
     Raises:
-        UserError: there is no such design, or the file is not one that can run.
+        UserError: there is no such design, or the file does not hold a design that can run.
     """
     if isinstance(source, Design):
         return source
@@ -259,12 +259,12 @@ def named_design(source: AnyDesign) -> Design:
 
 
 def _inside(thing: Any) -> str:
-    """Error for a result of a search given in place of its design."""
+    """Return an end for a message: advice, if ``thing`` is a result that has a design, else ""."""
     return "; give its .design" if isinstance(getattr(thing, "design", None), Design) else ""
 
 
 def read_design(path: str | Path) -> Design:
-    """Read the design in a file, with the files of its scenario that lie in the same folder.
+    """Read the design in a file; files that its scenario names are embedded if they lie beside it.
 
     Raises:
         UserError: the file cannot be read, is not JSON, or is not a design that can run.
@@ -312,7 +312,7 @@ def _json_of(text: str) -> Any:
 
 @contextmanager
 def naming(provenance: Any) -> Iterator[None]:
-    """Add to an error the ``sources`` of a design's provenance that are not registered here."""
+    """Add to a UserError the plug-ins that a design's provenance names, and that are not known."""
     try:
         yield
     except UserError as error:
@@ -328,7 +328,7 @@ def changed_design(design: Design, changes: Changes, source: str) -> Design:
     """Return the design with other values of dotted keys, noted in its provenance, without score.
 
     Raises:
-        UserError: a change does not have that form, or the result cannot run.
+        UserError: a change is not KEY=VALUE, or is not allowed, or the result cannot run.
     """
     values = changes if isinstance(changes, Mapping) else set_keys(changes, "change")
     data = overridden(design.model_dump(mode="json"), values, "change")
@@ -340,21 +340,21 @@ def changed_design(design: Design, changes: Changes, source: str) -> Design:
         except ValueError as error:
             raise UserError(f"{source}, changed: {start}{error}") from None
     recorded: Any = list(changes)
-    if isinstance(changes, Mapping):  # what is no number is told of where it stands
+    if isinstance(changes, Mapping):  # nan and inf as texts: an error then names their own key
         recorded = {key: x if finite(x) else repr(x) for key, x in lists(dict(changes)).items()}
     data["score"] = {}
-    if isinstance(data["provenance"], dict):  # else it is refused
+    if isinstance(data["provenance"], dict):  # otherwise ``checked`` refuses it
         data["provenance"]["changes"] = recorded
     return checked(Design, data, f"{source}, changed", Path(source).parent)
 
 
 def design_json(design: Design) -> str:
-    """The design as JSON; every float is read back bit for bit, each row of a table is a line."""
+    """Return the design as JSON: floats are read back bit for bit; a row of a table is a line."""
     text = json.dumps(design.model_dump(mode="json"), indent=1, allow_nan=False)
     return _ROWS.sub(lambda match: match["text"] or _flat(match[0]), text)
 
 
-#: A text, which stays as it is, or a list of numbers, or in a list one of labels.
+#: A text, which is kept; or what becomes a line: a list of numbers, or of labels within a list.
 _ROWS = re.compile(
     r'(?P<text>"(?:[^"\\]|\\.)*+")|\[[\s\d.,eE+-]++\]|(?<=\s\s)\[\s*"\w++"(?:,\s*"\w++")*+\s*\]'
 )
@@ -364,7 +364,7 @@ def _flat(row: str) -> str:
     return " ".join(row.split()).replace("[ ", "[").replace(" ]", "]")
 
 
-#: What the name of such a design ends with, and letters of a name.
+#: End of the name of a design that has learned; largest length of a name.
 ENDING, LONGEST = "-learned", 64
 
 
@@ -375,7 +375,7 @@ def learned(design: Design, axes: Iterable[str], memory: Memory, origin: Json) -
     of its own. ``origin`` is for the provenance.
 
     Raises:
-        UserError: it does not adapt, or a number of its memory is not finite.
+        UserError: the controller does not adapt, or a number of its memory is not finite.
     """
     if not finite(memory):
         raise UserError(f"design {design.name}: has diverged; its learned state cannot be kept")
@@ -387,7 +387,7 @@ def with_learned(design: Design, controller: ControllerRecord, origin: Json) -> 
     """Return the design with a ``controller`` that has learned, without score.
 
     Raises:
-        UserError: it is not one that can run.
+        UserError: the new design is not one that can run.
     """
     name = design.name.removesuffix(ENDING)[: LONGEST - len(ENDING)] + ENDING
     data = design.model_dump(mode="json", exclude={"score", "controller"})

@@ -24,13 +24,13 @@ AnyDesigns: TypeAlias = Sequence[AnyDesign] | Mapping[str, AnyDesign]
 
 
 def labelled(designs: AnyDesigns) -> dict[str, Design]:
-    """Designs by distinct names.
+    """Return designs by distinct names.
 
-    Each has its own name, a run of a batch its label there; if several have the same, each has that
-    of its file or run folder, with as many parent folders as necessary.
+    A design has its own name, or its label if it is a run of a batch. Designs with equal names have
+    that of their file or run folder instead, with as many parent folders as necessary.
 
     Raises:
-        UserError: there is no such design, one is given twice, or is only a kind.
+        UserError: there is no such design, one is given twice, or is a kind of controller.
     """
     if isinstance(designs, Mapping):
         return {name: load_design(_no_kind(design)) for name, design in designs.items()}
@@ -47,14 +47,14 @@ def labelled(designs: AnyDesigns) -> dict[str, Design]:
     labels = ["" if isinstance(one, Design) else run_label(one) for one in given]
     pairs = zip(labels, loaded, strict=True)
     names = apart([name or design.name for name, design in pairs], paths)
-    for k, name in enumerate(names):  # designs that are no files
+    for k, name in enumerate(names):  # equal names that remain, of designs without files
         free = (name, *(f"{name} ({n})" for n in range(2, len(names) + 1)))
         names[k] = next(label for label in free if label not in names[:k])
     return dict(zip(names, loaded, strict=True))
 
 
 def apart(names: Sequence[str], paths: Sequence[tuple[str, ...]]) -> list[str]:
-    """The names; equal ones are replaced by the end of their path, as long as necessary."""
+    """Return the names; equal ones are replaced by ends of their paths, as long as necessary."""
     labels = [*names]
     for deep in range(1, max(map(len, paths), default=0) + 1):
         same = Counter(labels)
@@ -66,14 +66,14 @@ def apart(names: Sequence[str], paths: Sequence[tuple[str, ...]]) -> list[str]:
 
 
 def _parts(name: str | Path) -> tuple[str, ...]:
-    """Folders and name of a run folder or design file, which design.json in a folder is not."""
+    """Return the parts of a path that may name a design: without ".json" and "design.json"."""
     path = Path(name)
     whole = path.resolve().with_name(path.resolve().name.removesuffix(".json"))
     return whole.parts[1:-1] if whole.name == "design" and path.is_file() else whole.parts[1:]
 
 
 def _same(one: AnyDesign, other: AnyDesign) -> bool:
-    """Whether two are the same thing, under whatever name of its file."""
+    """Return True for the same design object, or for two names of the same file or folder."""
     if isinstance(one, Design) or isinstance(other, Design):
         return one is other
     a, b = Path(one), Path(other)
@@ -90,7 +90,7 @@ def _no_kind(one: AnyDesign) -> AnyDesign:
 
 
 def shared_machine(designs: Mapping[str, Design], scenario: Scenario) -> Scenario:
-    """The scenario with the whole machine of the first design, as changed by the scenario.
+    """Return the scenario on the whole machine of the first design, with the scenario's changes.
 
     Raises:
         UserError: a design is for another plant or sample time.
@@ -102,13 +102,13 @@ def shared_machine(designs: Mapping[str, Design], scenario: Scenario) -> Scenari
 
 
 def own_machine(name: str, scenario: Scenario, shared: Scenario) -> str | None:
-    """Differences of the ``shared`` machine, that of the design ``name``, from the scenario's."""
+    """Return a line on how the ``shared`` machine differs from the scenario's; None: not at all."""
     changes = "; ".join(_machines(shared.plant, scenario.plant, "in the scenario"))
     return f"all on the machine of {name}: {changes}" if changes else None
 
 
 def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterator[str]:
-    """Values that a design keeps, and values it was made with that ``shared_machine`` changes."""
+    """Yield lines on limits that a design keeps, and on what differs from what it was made for."""
     limits = {"command": shared.units.signals["command"]}
     here = dotted(shared.limits.model_dump())
     design_limits = dotted(design.limits.model_dump(exclude_none=True))
@@ -120,7 +120,7 @@ def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterato
     for changed in other if states_machine(design) else ():
         yield f"made for another machine: {changed}"
     original: Any = design.provenance.get("scenario")
-    with suppress(UserError, ValueError):  # of an earlier version, or edited
+    with suppress(UserError, ValueError):  # the scenario is of an earlier version, or edited
         if isinstance(original, str):
             original = load_scenario(original).model_dump(mode="json")
         whose = {"limits": "other drive limits", "sensors": "other sensors"}
@@ -133,7 +133,7 @@ def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterato
 
 
 def _machines(made: PlantSettings, here: PlantSettings, where: str) -> Iterator[str]:
-    """Differences between two machines, a line for each axis."""
+    """Yield the differences between two machines, a line for each axis that differs."""
     axes = here.each()
     for before, other in zip(made.each(), axes, strict=True):
         head = f"{other.name}." if len(axes) > 1 else ""
@@ -145,7 +145,7 @@ def _machines(made: PlantSettings, here: PlantSettings, where: str) -> Iterator[
 def _changed(
     made: Json, here: Json, units: Mapping[str, str], head: str = "", where: str = "here"
 ) -> str:
-    """Differences between two tables; ``head`` precedes the names of both."""
+    """Return the differences between two tables as a text, or ""; ``head`` precedes each name."""
     changes = []
     for key in {**made, **here}:
         if made.get(key) != here.get(key):

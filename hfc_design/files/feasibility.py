@@ -21,7 +21,7 @@ def check_feasible(plant: PlantSettings, reference: AnyReference, simulation: Si
     """Check that the machine has the axes of the reference, and can follow it.
 
     Raises:
-        ValueError: it has other axes, or cannot follow.
+        ValueError: the machine has other axes, or cannot follow the reference.
     """
     axes = plant.machine.axes
     if isinstance(reference, Trajectory):
@@ -42,7 +42,7 @@ def check_feasible(plant: PlantSettings, reference: AnyReference, simulation: Si
 
 
 def reference_of(reference: AnyReference, axis: str) -> Reference:
-    """The reference of one axis of a machine that follows no path."""
+    """Return the reference of one axis of a machine that follows no path."""
     assert not isinstance(reference, Trajectory)
     return reference.axes[axis] if isinstance(reference, EachAxis) else reference
 
@@ -50,12 +50,12 @@ def reference_of(reference: AnyReference, axis: str) -> Reference:
 def motion_of(
     reference: AnyReference, axes: Sequence[Axis], cycle: float
 ) -> Trajectory | Program | None:
-    """Motion along the path that a machine follows, interpolated every ``cycle`` [s].
+    """Return the motion along the path of a reference, interpolated every ``cycle`` [s].
 
-    None if it follows no path.
+    None if the reference has no path.
 
     Raises:
-        ValueError, UserError: these axes cannot follow it.
+        ValueError, UserError: these axes cannot follow the path.
     """
     if not isinstance(reference, Trajectory):
         return None
@@ -103,7 +103,7 @@ def _check_path(reference: PathReference, axes: list[Axis], cycle: float) -> Non
 
 
 def _check_speed(axis: Axis, reference: Reference, simulation: Simulation) -> None:
-    """Whether the steps of the integration are short enough for the fastest reference."""
+    """Check that integration steps are short enough for the reference; ValueError: they are not."""
     with np.errstate(all="ignore"):
         samples = reference.samples(simulation.time)
     if not all(np.isfinite(x).all() for x in (samples.target, samples.reference_rate)):

@@ -9,17 +9,17 @@ from hfc_design.core.numbers import Json
 from hfc_design.core.records import harmless
 from hfc_design.core.texts import LARGEST_TABLE, content, decoded, json_of
 
-#: What lies in the folder of a batch beside its runs: which cells it has.
+#: File in the folder of a batch that lists its cells.
 PLAN = "batch.json"
-#: A word that a reader knows a cell by, and what sets apart the runs of a group.
+#: Keys of a cell: a word that names it for readers, and the seed, which differs within a group.
 LABEL, SEED = "label", "run.seed"
 
 
 def run_labels(cells: Mapping[str, Json]) -> dict[str, str]:
-    """Distinct text for each cell: its label, and settings that differ among equal labels.
+    """Return a distinct text for each cell: its label, and settings that differ among equal labels.
 
-    As in "spread=0.1, seed=2": a setting is named by the last part of its key if that is enough,
-    the seed comes last. Without a label the settings distinguish it from all cells.
+    An example is "spread=0.1, seed=2": a setting is named by the last part of its key if this is
+    unique, and the seed comes last. A cell without a label has all settings that cells differ in.
     """
     alike: dict[str, list[Json]] = defaultdict(list)
     for cell in cells.values():
@@ -30,7 +30,7 @@ def run_labels(cells: Mapping[str, Json]) -> dict[str, str]:
 
 
 def shared(cells: Iterable[Json]) -> Json:
-    """Settings that are the same in every cell."""
+    """Return the settings that are the same in every cell."""
     first, *others = cells
     return {k: x for k, x in first.items() if all(k in cell and cell[k] == x for cell in others)}
 
@@ -45,14 +45,14 @@ def _name(cell: Json, same: Json) -> str:
 
 
 def run_label(path: str | Path) -> str:
-    """Label of the cell of a batch that a path belongs to; "" outside a batch.
+    """Return the label of the cell of a batch that a path belongs to; "" outside a batch.
 
-    ``path`` is that of its folder, or of a file in it.
+    ``path`` is the run folder of the cell, or a file in it.
     """
     folder = Path(path).resolve()
     folder = folder.parent if folder.is_file() else folder
     try:
         cells: Any = json_of(decoded(content(folder.parent / PLAN, LARGEST_TABLE)))["cells"]
         return run_labels(cells)[folder.name]
-    except (ValueError, KeyError, TypeError, AttributeError):  # its own reader says what is wrong
+    except (ValueError, KeyError, TypeError, AttributeError):  # the reader of batches reports this
         return ""

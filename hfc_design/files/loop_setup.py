@@ -1,4 +1,4 @@
-"""Setup of a loop from a design and a scenario: both are found, checked and combined."""
+"""Setup of a closed loop: a design and a scenario are found, checked and combined."""
 
 from collections.abc import Mapping
 from math import inf
@@ -19,7 +19,7 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.search.loop import STRATEGIES
 from plants import Machine
 
-#: Plant -> the scenario of a design that does not name its own.
+#: Plant -> scenario of a design for it that does not record the scenario it was made for.
 DEFAULT_SCENARIOS = {
     "c-axis": "c-axis-ramp",
     "feed-drive": "feed-drive-circle",
@@ -29,15 +29,15 @@ DEFAULT_SCENARIOS = {
 }
 #: Limits that belong to the drive and not to the controller.
 CONVERTER = ("resolution", "delay_samples", "lag_s")
-#: A signal that hardly moves anything, and by which a law may divide.
+#: Value of all signals in ``check_laws``: small, but not 0, since a law may divide by a signal.
 SMALL = 1e-3
 
 
 def load_design(name: AnyDesign, changes: Changes | None = None) -> Design:
-    """A built-in design, a design file, or that of a run folder, with a plant that can run.
+    """Return a built-in design, or that in a file or run folder; its plant and laws are checked.
 
-    ``changes`` are of dotted keys, as in ``controller.integral_gain``; a design without changes is
-    returned as it is.
+    ``changes`` are values of dotted keys such as ``controller.integral_gain``. A ``Design`` without
+    changes is returned as it is, unchecked.
 
     Raises:
         UserError: there is no such design, or it is not one that can run.
@@ -56,7 +56,7 @@ def load_design(name: AnyDesign, changes: Changes | None = None) -> Design:
 
 
 def _with_axes(design: Design, source: str) -> Design:
-    """The design; if its limits name axes, with all axes of the machine in its plant.
+    """Return the design; if its limits name axes, its plant then names all axes of the machine.
 
     Raises:
         UserError: the limits are of an axis that the machine does not have.
@@ -76,7 +76,7 @@ def check_laws(design: Design, machine: Machine) -> None:
     """Run the law of every axis for one step in plain numbers, as the runtime does.
 
     Raises:
-        UserError: it reads a signal that its kind or its drive does not name, or cannot step.
+        UserError: a law reads a signal that its kind or its drive does not list, or has an error.
     """
     for axis, drive in zip(machine.axes, machine.drives, strict=True):
         part = design.by_axis().get(axis, design)
@@ -102,10 +102,10 @@ def check_laws(design: Design, machine: Machine) -> None:
 
 
 def own_scenario(design: Design, name: str, changes: Changes = ()) -> Scenario:
-    """The scenario that ``design`` was made for, or a default of its plant.
+    """Return the scenario that ``design`` was made for, or the default of its plant.
 
     Raises:
-        UserError: the provenance holds a scenario that is not valid, or there is none at all.
+        UserError: the recorded scenario is not valid, or there is neither this nor a default.
     """
     values = changes if isinstance(changes, Mapping) else set_keys(changes, "set")
     plant = values.get("plant.name", design.plant.name)
@@ -121,17 +121,17 @@ def own_scenario(design: Design, name: str, changes: Changes = ()) -> Scenario:
         raise UserError(f"{source}: must be the name of a scenario or a scenario")
     search: Any = data.get("search")
     if isinstance(search, dict) and search.get("preset") not in [None, *STRATEGIES.names()]:
-        # Nothing is searched here: nobody has to have the strategy that found the design.
+        # Nothing is searched here, so the strategy that found the design need not be installed.
         data = {key: part for key, part in data.items() if key != "search"}
     with naming(design.provenance):
         return scenario_of(overridden(data, values), source, path if path.is_dir() else path.parent)
 
 
 def _on_plant(design: Design, scenario: Scenario, name: str, changes: Changes) -> Scenario:
-    """A design's own scenario with another plant, without tolerances of parameters that it lacks.
+    """Return a design's own scenario with another plant, without tolerances of what this one lacks.
 
     Raises:
-        UserError: the plant has not the signals that the design reads, or a change is not allowed.
+        UserError: the plant lacks signals that the design reads, or a change is not allowed.
     """
     plant: Any = {"name": name, "axes": {axis: {} for axis in scenario.plant.axes}}
     _check_signals(design, here := PlantSettings.model_construct(**plant))
@@ -148,15 +148,15 @@ def _on_plant(design: Design, scenario: Scenario, name: str, changes: Changes) -
 
 
 def made_for(design: Design, scenario: Scenario) -> Design:
-    """The design, recorded as made for a scenario."""
+    """Return the design with ``scenario`` in its provenance as the one that it was made for."""
     origin = {"scenario": scenario.model_dump(mode="json", exclude_none=True)}
     return design.model_copy(update={"provenance": design.provenance | origin})
 
 
 def axes_of(design: Design) -> tuple[str, ...]:
-    """Names of the axes: those of its plant, or of the scenario that it was made for.
+    """Return the names of a design's axes: of its plant, or of the scenario it was made for.
 
-    If that scenario is missing or cannot run here, it is the one axis of the plant.
+    If that scenario is missing or cannot run here, the name is that of the plant's only axis.
     """
     if design.axis:
         return (design.axis,)
@@ -170,13 +170,13 @@ def axes_of(design: Design) -> tuple[str, ...]:
 
 
 def machine(design: Design, scenario: Scenario) -> PlantSettings:
-    """The plant of ``design``, as changed by ``scenario``.
+    """Return the plant of ``design``, with the parameters that ``scenario`` sets.
 
-    If the scenario has another plant, it is that plant alone, provided that it has the signals of
-    the design's own.
+    If the scenario has another plant, return that one as it is, provided that it has the signals
+    that the design reads.
 
     Raises:
-        UserError: it does not, or the two are made for different sample times.
+        UserError: it lacks signals, or design and scenario have different sample times.
     """
     design_plant, wanted = design.plant, scenario.plant
     if design_plant.name != wanted.name:
@@ -204,16 +204,16 @@ def machine(design: Design, scenario: Scenario) -> PlantSettings:
 
 
 def _check_signals(design: Design, here: PlantSettings) -> None:
-    """Whether the controller of a design for another plant reads what the plant ``here`` tells.
+    """Check that the plant ``here`` has the signals that the controller of a design reads.
 
     Raises:
-        UserError: a signal is missing or counts in another unit, or the axes are others.
+        UserError: a signal is missing or has another unit, or the names of the axes differ.
     """
     plant_name = design.plant.name
     head = f"design {design.name} is for the plant {plant_name} and cannot run on {here.name}"
     try:
         made, machine = PlantSettings(**design.plant.model_dump()).machine, here.machine
-    except ValueError:  # of a plug-in that is not here
+    except ValueError:  # the plant is of a plug-in that is not loaded
         raise UserError(f"{head}: unknown plant {plant_name}") from None
     parts, drives = design.by_axis(), dict(zip(made.axes, made.drives, strict=True))
     if "" not in parts and {*parts} != {*machine.axes}:
@@ -234,14 +234,14 @@ def _check_signals(design: Design, here: PlantSettings) -> None:
 
 
 def with_converter(scenario: Scenario, design: Design) -> Scenario:
-    """The scenario with the converter that ``design`` was made for, if it names none itself.
+    """Return the scenario with the converter of ``design``, as far as the scenario sets none.
 
-    Resolution and delay of the command belong to the drive and go with the plant; the largest
-    command goes with the controller, which applies it. Sensors, load and reference are the
-    scenario's.
+    The converter (resolution, delay and lag of the command) belongs to the drive, so it goes with
+    the plant. The largest command goes with the controller, which applies it. Sensors, load and
+    reference are those of the scenario.
 
     Raises:
-        UserError: the result contradicts itself.
+        UserError: the resulting limits contradict one another.
     """
     made_for = {axis: design.limits.of(axis) for axis in scenario.plant.machine.axes}
     inherited = {}
@@ -265,9 +265,9 @@ def with_converter(scenario: Scenario, design: Design) -> Scenario:
 
 
 def controller_of(design: Design, scenario: Scenario) -> tuple[Controller, Gains]:
-    """Controller of a design on the axes of a scenario, and its gains for one individual.
+    """Return the controller of a design on the axes of a scenario, and gains for one individual.
 
-    Its commands are limited by the drives of the scenario if these are slower.
+    The rates of its commands are limited by drives of the scenario that are slower.
     """
     slower = slower_drives(design, scenario)
     controller = design.commanding(slower)
@@ -276,7 +276,7 @@ def controller_of(design: Design, scenario: Scenario) -> tuple[Controller, Gains
 
 
 def slower_drives(design: Design, scenario: Scenario) -> dict[str, float | None]:
-    """Largest change of the command per sample of each axis whose drive limits it, else None."""
+    """Return the largest change of a command per sample by axis; None: the design is not faster."""
     axes = scenario.plant.machine.axes
     drives = scenario.limits.changes(axes, scenario.simulation.sample_time_s)
     design_changes = design.changes(axes)
@@ -287,7 +287,7 @@ def check_drives(design: Design, scenario: Scenario) -> None:
     """Check that the drives of a simulated loop can follow the fastest command of the design.
 
     Raises:
-        UserError: the ``command_rate`` of one is too small.
+        UserError: the ``command_rate`` of a drive is too small.
     """
     for axis, change in slower_drives(design, scenario).items():
         if change:
@@ -300,12 +300,12 @@ def check_drives(design: Design, scenario: Scenario) -> None:
 
 
 def population_of_one(gains: Gains) -> Gains:
-    """A record of numbers and tables, each with a trailing axis of one individual."""
+    """Return gains with a trailing axis of length 1 (one individual) on each number and table."""
     if gains is None:
         return None
     if hasattr(gains, "_fields"):
         return type(gains)(*map(population_of_one, gains))
     if isinstance(gains, tuple) and any(hasattr(part, "_fields") for part in gains):
-        return tuple(map(population_of_one, gains))  # of each axis
+        return tuple(map(population_of_one, gains))  # a record for each axis
     table = np.array(gains)
     return table.astype(np.int32 if table.dtype.kind == "i" else np.float64)[..., None]

@@ -40,18 +40,18 @@ class Axis(NamedTuple):
 
     @property
     def length(self) -> float | None:
-        """Length of a unit of its position [mm]; None if it is not a length."""
+        """Length of a unit of the position [mm]; None if the position is not a length."""
         return self.drive.millimetres and self.drive.millimetres(self.parameters)
 
     @property
     def resolution(self) -> float:
-        """Step of the machine's own encoder that is fed back [unit]; 0: it has none."""
+        """Step of the encoder that is fed back, as the plant has it [unit]; 0: no steps."""
         name = self.drive.resolutions.get(self.drive.seen[0])
         return float(getattr(self.parameters, name)) if name else 0.0
 
     @property
     def moved(self) -> MovedAxis:
-        """Data of the axis for a program."""
+        """Data of the axis that a program needs."""
         unit_size, rotary = (
             self.length,
             self.drive.millimetres is None and self.drive.degrees is not None,
@@ -78,7 +78,7 @@ class PlantSettings(Record):
     @field_validator("name")
     @classmethod
     def _there(cls, name: str) -> str:
-        ALL_PLANTS.named("", name)  # told beside what is wrong with the parameters
+        ALL_PLANTS.named("", name)  # reported together with mistakes in the parameters
         return name
 
     @field_validator("parameters", mode="wrap")
@@ -111,28 +111,28 @@ class PlantSettings(Record):
         return self
 
     def _changes(self, axis: str) -> dict[str, float]:
-        """Differences from the nominal drive of an axis."""
+        """Return the parameters of an axis that differ from the nominal drive."""
         return self.parameters | self.axes.get(axis, {})
 
     @property
     def machine(self) -> Machine:
-        """Functions of the machine."""
+        """The machine: names of its axes, and their drives with the equations."""
         plant = ALL_PLANTS.get(self.name)
         if isinstance(plant, Drive) and self.axes:
             return side_by_side(plant.name, **dict.fromkeys(self.axes, plant))
         return machine_of(plant)
 
     def each(self) -> list[Axis]:
-        """Axes of the machine."""
+        """Return the axes of the machine, with all parameters."""
         pairs = zip(self.machine.axes, self.machine.drives, strict=True)
         return [Axis(name, drive, drive.parameters(**self._changes(name))) for name, drive in pairs]
 
     def values(self) -> tuple[Parameters, ...]:
-        """The parameter record of each axis."""
+        """Return the parameter record of each axis."""
         return tuple(axis.parameters for axis in self.each())
 
     def in_full(self) -> Json:
-        """Settings with every parameter, so that a file does not depend on a program's defaults."""
+        """Return settings with every parameter: a file then does not depend on plants' defaults."""
         axes = {axis.name: axis.parameters._asdict() for axis in self.each()}
         if len(axes) == 1 and not self.axes:
             return {"name": self.name, "parameters": next(iter(axes.values()))}
@@ -140,11 +140,11 @@ class PlantSettings(Record):
 
 
 def _unknown(drives: Iterable[Drive], names: Iterable[str]) -> dict[str, str]:
-    """A line on each of the names that is no parameter of one of the drives."""
+    """Return name -> line for each of ``names`` that is not a parameter of every drive."""
     unknown = dict[str, str]()
     for known in {drive.parameters._fields for drive in drives}:
         for name in names:
-            if name not in known and name not in unknown:  # of many, what is meant takes minutes
+            if name not in known and name not in unknown:  # many suggestions would take minutes
                 suggestion = f"; {one_of(name, known)}" if len(unknown) < MOST else ""
                 unknown[name] = f"{name}: unknown{suggestion}"
     return unknown
@@ -154,7 +154,7 @@ def check_axes(key: str, named: Iterable[str], known: Iterable[str]) -> None:
     """Check that every axis that a file names is one of the machine's.
 
     Raises:
-        ValueError: one is not.
+        ValueError: an axis is not one of the machine's.
     """
     for axis in named:
         if axis not in known:
@@ -170,7 +170,7 @@ class ReadingSettings(Record):
 
 
 class SensorSettings(PerAxisRecord):
-    """Sensors of the controller, in the units of the plant; ideal without any."""
+    """Sensors of the controller, in the units of the plant; by default they are ideal."""
 
     encoder_resolution: NotNegative = 0.0  # step of all encoders [error]; 0: only that of the plant
     noise: NotNegative = 0.0  # standard deviation of every encoder reading [error]
@@ -200,7 +200,7 @@ class SensorSettings(PerAxisRecord):
 
 
 def feedback_fault(drive: Drive, encoder: str | None) -> str | None:
-    """Error line if a drive cannot feed back an encoder."""
+    """Return an error line if a drive cannot feed back an ``encoder``, else None."""
     if encoder is None or encoder in drive.encoders:
         return None
     known = ", ".join(drive.encoders)
@@ -208,12 +208,12 @@ def feedback_fault(drive: Drive, encoder: str | None) -> str | None:
 
 
 def measured_apart(drive: Drive) -> list[str]:
-    """Signals of a drive that come from no encoder."""
+    """Return the signals of a drive that come from no encoder."""
     return unmoved(drive, drive.encoders)
 
 
 def unmoved(drive: Drive, encoders: Iterable[str]) -> list[str]:
-    """Signals of a drive that do not depend on some of its encoders."""
+    """Return the signals of a drive that do not depend on these ``encoders`` or their rates."""
     fixed, state = drive.coefficients(drive.parameters()), drive.initial_state(0.0)
     state = type(state)(*(0.1 + 0.01 * k for k in range(len(state))))
     moved = {
@@ -224,7 +224,7 @@ def unmoved(drive: Drive, encoders: Iterable[str]) -> list[str]:
 
 
 def reading_fault(drive: Drive, names: Iterable[str]) -> str | None:
-    """Error line if a sensor of one of these signals makes no sense."""
+    """Return an error line if one of ``names`` is not a signal with its own sensor, else None."""
     signals = measured_apart(drive)
     for name in names:
         if name in signals:

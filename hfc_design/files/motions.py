@@ -15,11 +15,11 @@ from hfc_design.motion.trajectories import PathReference
 from plants import Drive, Machine
 
 AnyReference = Annotated[Reference | PathReference | EachAxis, Field(discriminator="kind")]
-#: Initial disturbance of the copy of a loop: this share of the travel of its axis (of one second at
-#: most), but at least so many steps of its resolution; fixed distances for an axis at rest.
+#: Initial displacement of the copy of a loop: this share of the travel of its axis (in its fastest
+#: second at most), but at least so many steps of its resolution; for an axis at rest, see below.
 DISTURBANCE, LEAST_STEPS = 0.01, 100
 STILL_RAD, STILL_MM = 1e-3, 0.01
-#: Of a machine of one axis: state -> value at the start; of several: axis -> such a table.
+#: State at the start. With one axis: name of a state -> value; with several: axis -> such a table.
 Start: TypeAlias = dict[str, Finite | dict[str, Finite]]
 
 
@@ -37,7 +37,7 @@ class Motion(Record):
     start: Start | None = None  # left out: [start] of the scenario [of the state]
 
     def ends_settled(self, duration: float) -> None:
-        """Check that it continues after its settling time; ValueError: it does not."""
+        """Check that the motion continues after its settling time; ValueError: it does not."""
         if self.settled_after_s is not None and self.settled_after_s >= duration:
             raise ValueError(
                 f"settled_after_s = {self.settled_after_s}: must be less than its "
@@ -59,9 +59,9 @@ class Motion(Record):
 def started(
     machine: Machine, start: Mapping[str, Any], places: Mapping[str, float] | None = None
 ) -> tuple[State, ...]:
-    """State of each axis before the first sample, in numbers.
+    """Return the state of each axis before the first sample, in numbers.
 
-    ``places`` are the positions of the axes, unless ``start`` sets another.
+    ``places`` are the positions of the axes (default: 0), unless ``start`` sets others.
 
     Raises:
         ValueError: the machine has no such axis or state.
@@ -83,14 +83,14 @@ def started(
 
 
 def put(drive: Drive, state: State, off: float) -> State:
-    """The state with all positions of an axis shifted by ``off``."""
+    """Return the state with all positions of an axis shifted by ``off``."""
     places = {drive.position, drive.seen[0], *drive.encoders}
     shifted = {name: getattr(state, name) + off for name in places if name in state._fields}
     return state._replace(**shifted)
 
 
 def way(target: Floats, rate: Floats) -> float:
-    """Travel of an axis, at most that of its fastest second, from (steps,) positions and speeds."""
+    """Return an axis' travel, at most in its fastest second, from positions and rates (steps,)."""
     speed, whole = float(np.abs(rate).max()), float(np.abs(target).max())
     return min(whole, speed) if speed else whole
 
@@ -98,10 +98,10 @@ def way(target: Floats, rate: Floats) -> float:
 def copy_started(
     axes: Sequence[Axis], start: Sequence[State], ways: Sequence[float], finest: Sequence[float]
 ) -> tuple[State, ...]:
-    """``start`` with all positions of each axis shifted a little, see ``objectives.unsettled``.
+    """Return ``start`` with all positions of each axis shifted a little (``objectives.unsettled``).
 
-    ``ways`` are the travels of the axes, ``finest`` the steps of its sensors other than its own
-    encoder, in its units.
+    ``ways`` are the travels of the axes, ``finest`` the encoder steps that the scenario sets, both
+    in the units of the axes.
     """
     perturbed = []
     for axis, state, way, step in zip(axes, start, ways, finest, strict=True):

@@ -1,4 +1,4 @@
-"""Scenarios by name: built in, in a TOML file, as a mapping; and their output as TOML."""
+"""Scenarios from their names, TOML files or mappings; and their output as TOML."""
 
 import re
 import tomllib
@@ -25,25 +25,25 @@ from hfc_design.reference.commented import explained, rest
 from hfc_design.reference.entries import PLANT, Entry, keys_in, scenario_keys, units_of
 from plants import machine_of
 
-#: The scenarios that come with the package, and the files that they name.
+#: Folder of the scenarios that come with the package, and of the files that they name.
 BUILTIN = Path(__file__).parent / "scenarios"
-#: A scenario, or what names one: a built-in name, a TOML file, what would stand in one.
+#: A scenario, or what stands for one: a built-in name, a TOML file, the content of such a file.
 AnyScenario = Scenario | str | Path | Mapping[str, Any]
 Renamed = TypeVar("Renamed", Scenario, Motion)
 
 
 def builtin_names() -> list[str]:
-    """Names of the scenarios that come with the package."""
+    """Return the names of the scenarios that come with the package."""
     return sorted(path.stem for path in BUILTIN.glob("*.toml"))
 
 
 def load_scenario(source: AnyScenario, changes: Changes | None = None) -> Scenario:
-    """Load a built-in scenario, a TOML file or a mapping; ``changes`` are by dotted key.
+    """Load a built-in scenario, a TOML file or a mapping, with ``changes`` of dotted keys.
 
     A scenario without changes is returned as it is.
 
     Raises:
-        UserError: no such scenario, or its text, a value or a change is not allowed.
+        UserError: there is no such scenario, or its text, a value or a change is not allowed.
     """
     changes = changes or {}
     if isinstance(source, Scenario):
@@ -60,11 +60,11 @@ def load_scenario(source: AnyScenario, changes: Changes | None = None) -> Scenar
     path = BUILTIN / f"{name}.toml" if built_in else Path(name)
     if isdir(path):
         raise UserError(f"{name}: {_folder_told(path)}")
-    if not exists(path):  # it may be the end of a pipe
+    if not exists(path):  # a path that exists may also be a pipe
         raise no_such("scenario", name, builtin_names())
     data = read_toml(path)
     reference = data.get("reference", {})
-    if built_in and "file" in reference:  # a file in a change lies where the user is
+    if built_in and "file" in reference:  # files in ``changes`` are relative to the user's folder
         reference["file"] = str(BUILTIN / reference["file"])
     data = overridden({"name": Path(name).stem} | data, changes)
     if data["name"] == Path(name).stem and not re.fullmatch(NAME, data["name"]):
@@ -76,17 +76,17 @@ def load_scenario(source: AnyScenario, changes: Changes | None = None) -> Scenar
 
 
 def _folder_told(path: Path) -> str:
-    """Advice for a folder given in place of a scenario."""
+    """Return advice on a folder that was given in place of a scenario."""
     if exists(path / CONFIG):
         return f"is a run folder; {resuming(path)}, or start again from its {CONFIG}"
     return "is a folder; give a TOML file or the name of a built-in scenario"
 
 
 def scenario_of(data: Any, source: str | Path, folder: Path) -> Scenario:
-    """The scenario in ``data`` from a file in ``folder``.
+    """Return the scenario in ``data``; paths in it are relative to ``folder``.
 
     Raises:
-        UserError: its text or a value is not allowed.
+        UserError: a key or a value is not allowed; the message begins with ``source``.
     """
 
     def load(name: str) -> Design:
@@ -97,7 +97,7 @@ def scenario_of(data: Any, source: str | Path, folder: Path) -> Scenario:
 
 
 def own_plant(name: str) -> list[Entry]:
-    """Signals and parameters of a user's own plant, with their units."""
+    """Return signals and parameters of a user's own plant, with units; [] for a built-in plant."""
     if name not in ALL_PLANTS.known or name in ALL_PLANTS.built_in:
         return []
     entries, machine = [], machine_of(ALL_PLANTS.get(name))
@@ -114,10 +114,10 @@ def own_plant(name: str) -> list[Entry]:
 
 
 def renamed(scenario: Scenario, name: Callable[[str, AnyFile], AnyFile]) -> Scenario:
-    """The scenario with each file that it names replaced by ``name(key, file)``.
+    """Return the scenario with each file that it names replaced by ``name(key, file)``.
 
-    A key is "reference" or "load", then the axis, as in "load-x"; for a motion its name comes
-    first, as in "ramp.reference".
+    A key is "reference" or "load". In a table ``axes`` the axis follows ("load-x"). In a motion its
+    name comes first ("ramp.reference").
     """
     motions = tuple(_renamed(one, f"{one.name}.", name) for one in scenario.motions)
     return _renamed(scenario, "", name, motions=motions)
@@ -126,7 +126,7 @@ def renamed(scenario: Scenario, name: Callable[[str, AnyFile], AnyFile]) -> Scen
 def _renamed(
     record: Renamed, head: str, name: Callable[[str, AnyFile], AnyFile], **changes: object
 ) -> Renamed:
-    """A scenario or a motion with other files."""
+    """Return a scenario or motion with its files replaced; ``head`` is the start of their keys."""
     for key in ("reference", "load"):
         if (part := getattr(record, key)) is not None:
             changes[key] = with_files(part, head + key, name)
@@ -134,7 +134,7 @@ def _renamed(
 
 
 def with_files(part: Any, key: str, name: Callable[[str, AnyFile], AnyFile]) -> Any:
-    """A reference or a load with other files."""
+    """Return a reference or a load with each file replaced by ``name(key, file)``."""
     changes: dict[str, object] = {}
     if (file := getattr(part, "file", None)) is not None:
         changes["file"] = name(key, file)
@@ -146,12 +146,12 @@ def with_files(part: Any, key: str, name: Callable[[str, AnyFile], AnyFile]) -> 
 
 
 def scenario_toml(scenario: Scenario) -> str:
-    """The scenario in full as TOML, with every default."""
+    """Return the scenario in full as TOML, with every default."""
     return tomli_w.dumps(scenario.model_dump(mode="json", exclude_none=True))
 
 
 def config_toml(scenario: Scenario) -> str:
-    """The same with the meaning of each key, followed by every key that is not set, as comments."""
+    """Return ``scenario_toml`` with comments: meanings of keys, at the end keys without values."""
     text = scenario_toml(scenario)
     data = tomllib.loads(text)
     known, units = scenario_keys(data), units_of(scenario.plant.name)

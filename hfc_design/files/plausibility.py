@@ -1,7 +1,7 @@
 """Warnings about scenarios that can be simulated but are probably wrong, often by a unit.
 
-They also say how a program is read where a machine may act otherwise. Each rule compares numbers of
-the scenario with one another; none says how large a machine is.
+They also say how a G-code program is read where machines may differ. Each rule compares numbers of
+the scenario with one another; no rule assumes how large a machine is.
 """
 
 from collections.abc import Iterator
@@ -21,14 +21,14 @@ from hfc_design.objectives.unsettled import SWING
 #: Whether a motion settles is judged by each half of its last quarter (``objectives.unsettled``),
 #: in which oscillations with periods of up to SWING samples have to be visible.
 LEAST_SAMPLES = int(8 * SWING)
-#: Standard deviation of what rounding to whole steps is off by, of a step.
+#: Standard deviation of the error of rounding to whole steps, as a share of a step.
 ROUNDING = 1.0 / sqrt(12.0)
-#: A motion that takes this much longer than its simulation is cut short: a start from rest is not.
+#: Factor by which a motion must take longer than its simulation to count as cut short.
 LONGER = 1.02
 
 
 def plausibility_warnings(scenario: Scenario) -> list[str]:
-    """Warnings, a line each, with the key and its value; none for a plausible scenario."""
+    """Return warnings, a line each, with the key and its value; [] for a plausible scenario."""
     warnings = [*_sampled(scenario), *_read(scenario)]
     for motion in scenario.each_motion():
         each = [*_noted(motion), *_timed(motion), *_coarse(motion)]
@@ -52,7 +52,7 @@ def _sampled(scenario: Scenario) -> Iterator[str]:
 
 
 def _read(scenario: Scenario) -> Iterator[str]:
-    """Steps of encoders beside what the scenario tolerates of the error."""
+    """Yield a warning for each encoder step whose rounding alone exceeds the target of an error."""
     fitness = scenario.fitness.on(scenario.units)
     rows = tolerated(fitness) if isinstance(fitness, TolerancesSettings) else ()
     errors = [(one.name, most) for one, most, _ in rows if one.name.endswith("rms_error")]
@@ -69,7 +69,7 @@ def _read(scenario: Scenario) -> Iterator[str]:
 
 
 def _noted(motion: Scenario) -> Iterator[str]:
-    """Notes on words of its program that a machine may treat otherwise."""
+    """Yield notes on words of the motion's G-code program that machines may treat differently."""
     if isinstance(reference := motion.reference, GCode):
         yield from (f"{reference.file.name}: {line}" for line in notes(text_of(reference.file)))
 
@@ -98,7 +98,7 @@ def _timed(motion: Scenario) -> Iterator[str]:
 
 
 def _longest(motion: Scenario) -> float:
-    """Longest duration of the moves from rest to rest [s]; 0 if there are none."""
+    """Return the longest duration of the moves from rest to rest [s]; 0 if there are none."""
     if isinstance(motion.reference, Trajectory):
         return 0.0
     each = [reference_of(motion.reference, axis) for axis, _ in _axes(motion)]
@@ -106,7 +106,7 @@ def _longest(motion: Scenario) -> float:
 
 
 def _coarse(motion: Scenario) -> Iterator[str]:
-    """Steps of encoders beside how far their axes move."""
+    """Yield a warning for each encoder step that is large compared with the travel of its axis."""
     if not any(motion.sensors.of(axis).encoder_resolution for axis, _ in _axes(motion)):
         return
     each = zip(_axes(motion), motion.plant.each(), motion.samples().axes, strict=True)
@@ -121,7 +121,7 @@ def _coarse(motion: Scenario) -> Iterator[str]:
 
 
 def _axes(scenario: Scenario) -> list[tuple[str, str]]:
-    """Each axis, and the prefix of its keys."""
+    """Return the name of each axis, and the prefix of its keys in ``sensors``."""
     names = scenario.plant.machine.axes
     sensor_axes = scenario.sensors.axes
     return [(name, f"axes.{name}." if name in sensor_axes else "") for name in names]

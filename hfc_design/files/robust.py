@@ -1,4 +1,4 @@
-"""Machines of a search: how many it uses for its designs, and how far they are from nominal."""
+"""Machines of a search: how many it simulates, and how far they differ from the nominal one."""
 
 import re
 from collections.abc import Iterable
@@ -17,20 +17,20 @@ Count = Annotated[int, Field(ge=1, le=100_000)]
 #: Quantities with a tolerance other than the parameters of a plant, with their units: effects
 #: around every drive, and factors on all friction, at rest and in motion.
 AROUND = {
-    "load": "load",  # constant, either way
+    "load": "load",  # constant, in both directions
     "delay_samples": "samples",
     "lag_s": "s",
-    "noise": "1",  # of a factor on it
-    "backlash": "error",  # up to so much, before the encoder that is fed back
+    "noise": "1",  # tolerance of a factor on the noise
+    "backlash": "error",  # largest backlash, before the encoder that is fed back
     "friction_at_rest": "1",
     "friction_moving": "1",
 }
-#: Parameters of friction, by their names, which all plants are built of.
+#: Words in the names of parameters of friction, in all plants.
 AT_REST, MOVING = re.compile("static|stiction|break_?away"), re.compile("coulomb|viscous|friction")
 
 
 def friction_of(drive: Drive, at_rest: bool = True, moving: bool = True) -> list[str]:
-    """Friction parameters of a drive, recognised by their names in any plant."""
+    """Return the parameters of a drive that their names say to be friction, without exact ones."""
     names = []
     for name in drive.parameters._fields:
         sticks = AT_REST.search(name) is not None
@@ -40,7 +40,7 @@ def friction_of(drive: Drive, at_rest: bool = True, moving: bool = True) -> list
 
 
 def unknown_parameter(settings: PlantSettings, names: Iterable[str]) -> str | None:
-    """Line on the first of ``names`` that is not a parameter of the machine; None: all are."""
+    """Return a line on the first of ``names`` that the machine does not have; None: it has all."""
     known = dict.fromkeys(name for parameters in settings.values() for name in parameters._fields)
     for name in names:
         if name not in known and name not in AROUND:
@@ -49,7 +49,7 @@ def unknown_parameter(settings: PlantSettings, names: Iterable[str]) -> str | No
 
 
 class RobustSettings(Record):
-    """Machines within tolerances, drawn once a run from its seed, the same for every candidate."""
+    """Machines within tolerances, drawn once per run from its seed: the same for all candidates."""
 
     spread: Share = 0.2  # relative spread of every parameter, in both directions [1]
     #: relative spread of single parameters, by name [1]; also of the surroundings of every drive:

@@ -1,6 +1,6 @@
 """A scenario: plant, reference, disturbances, criteria of a good design, and search.
 
-The records here are the tables of a user's TOML file; they are checked once, when they are read.
+The records here are tables of a user's TOML file, which are checked once, when they are read.
 """
 
 from operator import not_
@@ -44,7 +44,7 @@ from plants import Machine
 from plants.around import Around
 
 MAX_STEPS = 10_000_000
-#: Of a controller that does not say its kind.
+#: Kind of controller of a scenario that does not name one.
 DEFAULT_KIND = "pd+hierarchical-fuzzy"
 
 
@@ -53,7 +53,7 @@ class RunSettings(Record):
 
     #: random seed of the search; the same seed on the same computer gives identical results
     seed: int = Field(0, ge=0)
-    #: precision of the search; the final choice is made in float64
+    #: precision of the search; on one machine the final choice is made in float64
     precision: Literal["float32", "float64"] = "float32"
     #: largest number of searches until the answer is yes; 1: a single search
     extend: int = Field(3, ge=1, le=100, exclude_if=(3).__eq__)
@@ -76,7 +76,7 @@ class Scenario(Record, metaclass=Asked):
     #: several motions that are judged together; keys left out are those of the scenario
     motions: tuple[Motion, ...] = Field((), exclude_if=not_)
     limits: Limits = Limits()  # limits and delays of the drives
-    #: sensors of the machine; ideal without any
+    #: sensors of the machine; left out: ideal
     sensors: SensorSettings = SensorSettings()
     fitness: FitnessSettings = Field({}, validate_default=True)  # measure of a good motion
     #: controller to search for
@@ -169,7 +169,7 @@ class Scenario(Record, metaclass=Asked):
 
     @property
     def unfit(self) -> str | None:
-        """Reason why its controller cannot be designed for its machine; only a search needs it."""
+        """Reason why the controller cannot be designed for the machine; None: it can."""
         return self.controller.fault(self.target)
 
     def _can_trade(self) -> None:
@@ -184,11 +184,11 @@ class Scenario(Record, metaclass=Asked):
             )
 
     def each_motion(self) -> tuple["Scenario", ...]:
-        """A scenario of one motion for each of ``motions``; without any, only this one."""
+        """Return a scenario of one motion for each of ``motions``; without these, only itself."""
         return tuple(map(self._alone, self.motions)) or (self,)
 
     def motion(self, name: str | None) -> "Scenario":
-        """Scenario of the motion with a name, or of the first; UserError: there is none."""
+        """Return the scenario of the motion with a name (None: the first); UserError: unknown."""
         names = [motion.name for motion in self.motions]
         if name is not None and name not in names:
             known = ", ".join(names) or "a single motion without a name"
@@ -208,7 +208,7 @@ class Scenario(Record, metaclass=Asked):
         return self.model_copy(update={"name": name, "motions": (), **changes})
 
     def _can_be_simulated(self) -> None:
-        """Whether there is such a motion of this machine; ValueError: there is none."""
+        """Check that the machine can perform the only motion; ValueError: it cannot."""
         duration, every = self.simulation.duration_s, self.simulation.sample_time_s
         steps = np.round(duration / every)
         if not 1 <= steps <= MAX_STEPS:
@@ -236,13 +236,13 @@ class Scenario(Record, metaclass=Asked):
 
     @property
     def around(self) -> tuple[Around, ...]:
-        """Elements around the drive of each axis."""
+        """Delay and lag around the drive of each axis."""
         each = (self.limits.of(axis) for axis in self.plant.machine.axes)
         return tuple(Around(axis_limits.delay_samples, axis_limits.lag_s) for axis_limits in each)
 
     @property
     def longest_delay(self) -> float | None:
-        """Longest delay of a command around a drive [samples]; None if nothing is around one."""
+        """Longest delay of a command [samples]; None if no drive has effects around it."""
         around = self.around
         also: dict[str, float] = self.robust.tolerances if self.robust else {}
         if not any(one != Around() for one in around) and not (AROUND.keys() & also):
@@ -253,7 +253,7 @@ class Scenario(Record, metaclass=Asked):
 
     @property
     def target(self) -> Target:
-        """Target of a controller design."""
+        """Machine and conditions for which the controller is designed."""
         machine, every = self.machine, self.simulation.sample_time_s
         limits = self.limits.commands(machine.axes)
         path = all(motion.follows_path for motion in self.each_motion())
@@ -283,51 +283,51 @@ class Scenario(Record, metaclass=Asked):
 
     @property
     def follows_path(self) -> bool:
-        """Whether its machine follows a path."""
+        """True if the machine follows a path."""
         return isinstance(self.reference, Trajectory)
 
     @property
     def path(self) -> Trajectory | Program | None:
-        """Motion along the path that its machine follows; None: it follows none."""
+        """Motion along the path that the machine follows; None: it follows no path."""
         return motion_of(self.reference, self.plant.each(), self.simulation.sample_time_s)
 
     @property
     def places(self) -> dict[str, float]:
-        """Position of each axis before the first sample, from its program; else 0."""
+        """Position of each axis before the first sample: the start of a program, otherwise 0."""
         if isinstance(path := self.path, Program):
             return path.start
         return dict.fromkeys(self.plant.machine.axes, 0.0)
 
     @property
     def units(self) -> Units:
-        """Units of its numbers."""
+        """Units of the numbers in the scenario: those of the first axis."""
         first = self.plant.each()[0]
         return Units(first.drive.units, first.length)
 
     @property
     def ensemble(self) -> Ensemble | None:
-        """Rules that reduce several motions and machines to one number; None: one of each."""
+        """Rules that combine motions and machines to one number; None: no rules are needed."""
         if not (self.motions or self.robust or self.constraints):
             return None
         weights = tuple(motion.weight for motion in self.motions) or (1.0,)
-        robust = self.robust or RobustSettings()  # whatever it keeps of one machine
+        robust = self.robust or RobustSettings()  # with one machine its values do not matter
         bounds = constraints_on(self.constraints, self.units)
         aggregation = (robust.keep, robust.quantile, robust.forgiven)
         return Ensemble(weights, bounds, *aggregation, self.nominal_only)
 
     @property
     def margins(self) -> dict[str, float]:
-        """Margins that its constraints require of the linearised loop of the nominal machine."""
+        """Margins that the constraints require of the linearised loop of the nominal machine."""
         return {name: float(x) for name, x in self.constraints.items() if name in ASKED}
 
     @property
     def nominal_only(self) -> tuple[bool, ...]:
-        """For each motion, whether it is judged on the nominal machine alone."""
+        """For each motion True if only the nominal machine is judged in it."""
         return tuple(motion.machines == "nominal" for motion in self.motions) or (False,)
 
     @property
     def traded(self) -> tuple[Traded, ...]:
-        """Objectives of its front; none if the search ranks by one number."""
+        """Objectives of the front that is searched; () if the search ranks by one number."""
         trades = STRATEGIES.get(self.search.preset).trades
         if trades is None:
             return ()
@@ -336,7 +336,7 @@ class Scenario(Record, metaclass=Asked):
         return traded(trades(self.search), self.fitness.on(self.units), self.units, path)
 
     def judge(self) -> Judge:
-        """Judge of its closed loops, for a search and for everything else."""
+        """Return the judge of closed loops in this scenario, with all metrics that it needs."""
         fitness = objective_of(self.fitness.on(self.units))
         evaluator = judge(fitness, getattr(self.search, "stick_penalty", 0.0))
         bounds = constraints_on(self.constraints, self.units)
@@ -344,7 +344,7 @@ class Scenario(Record, metaclass=Asked):
         return evaluator._replace(measured=(*weighed, *(bound.metric for bound in bounds)))
 
     def samples(self) -> Samples:
-        """Inputs of the loop in its only motion, sampled, in float64."""
+        """Return the sampled inputs of the loop in the only motion, in float64."""
         time, path = self.simulation.time, self.path
         settled = settled_samples(time, self.fitness.settled_after_s).astype(float)
         generator = np.random.default_rng(self.sensors.seed)
@@ -369,7 +369,7 @@ class Scenario(Record, metaclass=Asked):
             axis_signals = {"loads": loads, "noise": np.vstack([noise, *others])}
             axis_signals |= {"sliding": settled * slides(motion.reference_rate)}
             end = motion.target[-1]
-            gone = end - places[axis.name]  # but for rounding nothing, where it has come back
+            gone = end - places[axis.name]  # 0 but for rounding, if the axis has come back
             heading = np.sign(gone) if abs(gone) > SAME * np.ptp(motion.target) else 0.0
             ends = np.full_like(time, end), np.full_like(time, heading)
             if isinstance(path, Program):

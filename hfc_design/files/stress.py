@@ -9,9 +9,9 @@ from hfc_design.core.records import NotNegative, Positive, Quantity, Record
 
 Share = Annotated[float, Field(gt=0, lt=1)]
 Factor = Annotated[float, Field(ge=1, le=100)]
-#: Share of the sampling rate above which no mode is tried, and frequencies from the lowest on.
+#: Share of the sampling rate above which no mode is tried; number of frequencies that are tried.
 HIGHEST, MODES = 0.25, 4
-#: What of it robust.tolerances may have too.
+#: Stresses that robust.tolerances may set instead.
 ALSO = ("delay_samples", "load", "noise")
 
 
@@ -53,18 +53,18 @@ class StressSettings(Record):
     rest_s: NotNegative = 60.0  # time at rest after every motion [s]
     #: machines for each test, the nominal one first
     machines: Annotated[int, Field(ge=1, le=1000)] = 32
-    share: Share = 0.9  # that must stay stable, of the machines stable without stress [1]
+    share: Share = 0.9  # share of the machines stable without stress that must stay stable [1]
 
     @property
     def far_modes(self) -> bool:
-        """Whether there may be an unknown mode between drive and encoder."""
+        """True if there may be an unknown mode between drive and encoder."""
         return self.unknown_above_hz is not None and self.encoder_at == "load"
 
     def modes_between(self, crossover: Any, every: float) -> tuple[Any, float]:
-        """Range of frequencies in which there may be an unknown mode [Hz].
+        """Return the lowest and the highest frequency of a possible unknown mode [Hz].
 
-        It depends on the ``crossover`` of the loop [Hz], None: unknown, and on the sample time
-        ``every`` [s].
+        ``crossover`` is that of the loop [Hz] (None: unknown; then the lowest is infinite), and
+        ``every`` the sample time [s].
         """
         lowest = np.inf if crossover is None else 2.0 * crossover
         return np.maximum(lowest, self.unknown_above_hz or 0.0), HIGHEST / every

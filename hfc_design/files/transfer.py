@@ -1,4 +1,4 @@
-"""Use of a design on another scenario: the values of its own that it keeps there."""
+"""Use of a design on another scenario: which values of its own it keeps there."""
 
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -18,13 +18,13 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.motion.references import Load
 
 HEAD = "Kept from the scenario that the design was made with, or this scenario's:"
-#: A file of rules tells neither machine nor limits; the import takes those of its plant.
+#: An imported file of rules names neither machine nor limits; the import assumes those of a plant.
 IMPORTED = "The file names no machine; kept from the import's assumptions, or this scenario's:"
 KEPT, UNKNOWN = "kept", "this scenario's; the design does not record what it was made with"
 
 
 def transfer_report(design: Design, scenario: Scenario) -> list[str]:
-    """Lines on machine, limits, sensors and load: which are the design's, which the scenario's.
+    """Return lines on machine, limits, sensors, load: which are the design's or the scenario's.
 
     Raises:
         UserError: the two are for different plants or sample times.
@@ -41,7 +41,7 @@ def transfer_report(design: Design, scenario: Scenario) -> list[str]:
 
 
 def _machine(design: Design, scenario: Scenario) -> str:
-    """The parameters that the scenario lays over those of the design, or has and does not name."""
+    """Return a text: parameters that the scenario changes, else those that the design keeps."""
     if design.plant.name != scenario.plant.name:
         return f"this scenario's: {scenario.plant.name} (made for {design.plant.name})"
     free: Json = {"parameters": {}, "axes": {axis: {} for axis in scenario.plant.axes}}
@@ -59,13 +59,13 @@ def _machine(design: Design, scenario: Scenario) -> str:
 
 
 def states_machine(design: Design) -> bool:
-    """Whether a design says for which machine it was made, not only for which kind of it."""
+    """Return True if a design records the machine that it was made for, not only its plant."""
     plant = design.plant
     return bool(plant.parameters or any(plant.axes.values()) or design.provenance.get("scenario"))
 
 
 def _parameters(plant: PlantSettings) -> dict[str, Any]:
-    """Parameters of every axis, with its name if there are several."""
+    """Return the parameters of all axes; names begin with the axis if there are several."""
     each = plant.each()
     return {
         (f"{axis.name}." if len(each) > 1 else "") + key: number
@@ -75,7 +75,7 @@ def _parameters(plant: PlantSettings) -> dict[str, Any]:
 
 
 def _limits(design: Design, scenario: Scenario) -> str:
-    """Note on limits that differ: the controller keeps its own, the drive has the scenario's."""
+    """Return a text on limits: the controller keeps its own, the drive has the scenario's."""
     here = with_converter(scenario, design).limits
     axes = scenario.plant.machine.axes
     parts, controller_limits = [], []
@@ -97,9 +97,9 @@ def _limits(design: Design, scenario: Scenario) -> str:
 
 
 def _text(design: Design, scenario: Scenario, key: str) -> str:
-    """Sensors or load, which are the scenario's."""
+    """Return a text on sensors or load (the ``key``), which are always the scenario's."""
     made: Any = design.provenance.get("scenario")
-    with suppress(UserError, ValueError):  # of an earlier version, or edited
+    with suppress(UserError, ValueError):  # ``made`` is of an earlier version, or edited
         if isinstance(made, str):
             made = load_scenario(made).model_dump(mode="json")
         if not isinstance(made, dict):
@@ -117,7 +117,7 @@ def _text(design: Design, scenario: Scenario, key: str) -> str:
 
 
 def _plain(part: Load | SensorSettings) -> Json:
-    """Content of a part of a scenario, by dotted keys; of a file its content."""
+    """Return a part of a scenario by dotted keys, with a hash of its content for each file."""
     if isinstance(part, Load):
         part = with_files(part, "load", _by_content)
     return dotted(part.model_dump(mode="json"))
@@ -128,7 +128,7 @@ def _by_content(key: str, file: AnyFile) -> Path:
 
 
 def _changes(made: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:
-    """Texts of the values that differ: the present one, and the one the design was made with."""
+    """Return a text for each value that differs: its value here, and in the design's origin."""
     keys: Iterable[str] = {**made, **here}
     differ = (key for key in keys if made.get(key) != here.get(key))
     return [f"{key} {_word(here.get(key))} (made with {_word(made.get(key))})" for key in differ]
@@ -143,7 +143,7 @@ def _word(value: Any) -> str:
 
 
 def dotted(table: Mapping[str, Any], prefix: str = "") -> Json:
-    """Flatten a table of tables to dotted keys."""
+    """Return a table of tables as one table with dotted keys, which begin with ``prefix``."""
     flattened: Json = {}
     for key, value in table.items():
         inside = isinstance(value, Mapping)

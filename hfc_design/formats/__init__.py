@@ -1,4 +1,4 @@
-"""Writers that export a design for other programs; each module registers itself."""
+"""Formats that export a design for other programs, collected from the modules of this folder."""
 
 import importlib
 import pkgutil
@@ -18,20 +18,20 @@ FORMATS: dict[str, Format] = dict(sorted(_FOUND.items()))
 def connecting(form: Format, bare: bool) -> Callable[[Design], Design]:
     """Return the function that makes exported code read the sensors of a design's scenario.
 
-    The function changes nothing if ``bare`` is true or the format has no code.
+    This function returns designs unchanged if ``bare`` is true or ``form.connects`` is false.
     """
     if bare or not form.connects:
         return lambda design: design
-    from hfc_design.formats.connection import connect  # which starts JAX
+    from hfc_design.formats.connection import connect  # starts JAX
 
     return connect
 
 
 def check_score(design: Design, anyway: bool) -> None:
-    """Refuse to export a design that diverged when it was scored, unless ``anyway`` is true.
+    """Check a design before its export.
 
     Raises:
-        UserError: the design diverged.
+        UserError: it diverged when it was scored, and ``anyway`` is false.
     """
     if design.failed and not anyway:
         where = design.score.get("scenario", "its scenario")

@@ -1,4 +1,4 @@
-"""``--to c``: a design in C99 with everything that is shipped with the code."""
+"""Export format of ``--to c``: a design in C99 with a README page and a test program."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -12,16 +12,16 @@ from hfc_design.formats.deployment.folder import of_axes, with_check
 from hfc_design.formats.deployment.vectors import Vectors, deviation, vectors
 from hfc_design.formats.writing import Content, Format, signal_units
 
-#: Relative error of tabulated terms that changes what the loop does: Lin and Lee's Table I
-#: on its ramp then has a settled error that is two per cent larger.
+#: Relative deviation of tabulated terms from which the motion of a loop may change noticeably: with
+#: it, the settled error of Lin & Lee's Table I on the ramp of their paper is 2 % larger.
 COARSE = 0.01
 
 
 def folder(design: Design) -> Content:
-    """Return the folder of a design: sources, README page, test vectors, and ``make check``.
+    """Return the folder of a design: C sources, README page, test vectors, and ``make check``.
 
     Raises:
-        UserError: the kind has no C code, or an input is named like a word of the language.
+        UserError: the kind has no C code, or a name or a number is not allowed in C.
     """
     return with_check(design, code.sources(design))
 
@@ -29,17 +29,17 @@ def folder(design: Design) -> Content:
 class Tabulated(NamedTuple):
     """Deviation of a controller with tabulated terms from the exact one."""
 
-    of: str  # what deviates: the command, or a factor in it
-    unit: str
-    deviation: float  # largest one that a search over the inputs finds
-    share: float  # of the largest that the rules give
+    of: str  # what deviates: "command", or "factor of the scheduled law"
+    unit: str  # of ``deviation``; "" if unknown
+    deviation: float  # largest deviation that a search over the inputs found
+    share: float  # deviation / largest output of the rules
     command_unit: str
     off: float  # largest difference of the commands on the test vectors
-    off_share: float  # of the limit of the command, or of the largest one there
+    off_share: float  # off / limit of the command; without a limit, off / largest command there
 
     @property
     def coarse(self) -> bool:
-        """True if the loop has to be expected to behave differently."""
+        """True if the deviation is so large that the loop may behave differently."""
         return max(self.share, self.off_share) >= COARSE
 
     @property
@@ -61,13 +61,13 @@ def write_lookup(
     points: int,
     connect: Callable[[Design], Design] = lambda design: design,
 ) -> dict[str, Tabulated]:
-    """Write the C folder without ``exp``: degrees are tabulated at ``points`` values.
+    """Write the C folder with a table of degrees at ``points`` values in place of ``exp``.
 
     Returns:
-        The deviation of each axis; the key is "" where the axes do not differ.
+        Axis -> its deviation; the only key is "" if all axes share one code.
 
     Raises:
-        UserError: the controller has no terms with an exponential; or as ``folder``.
+        UserError: the controller has no terms with an exponential; or in the cases of ``folder``.
         RunError: the folder ``path`` cannot be written.
     """
     tables = {}

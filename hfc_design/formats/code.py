@@ -14,7 +14,7 @@ from hfc_design.files.design import Design
 from hfc_design.formats import saving, writing
 from hfc_design.formats.laws import inside, machine_axes, of_path, recorded_law
 
-#: C expressions of the path values in the code of a machine.
+#: C expressions of the path values in the code of a controller of a whole machine.
 IN_PATH = ("path->tangent[0]", "path->tangent[1]", "path->curvature", "path->contour_error")
 #: Meanings of the path values.
 OF_PATH = (
@@ -23,16 +23,16 @@ OF_PATH = (
     "of the path, positive to the left",
     "of the measured position, positive to the left of the path",
 )
-#: Further names in the code of a machine.
+#: Further names that are taken in the code of a controller of a whole machine.
 OF_MACHINES = ("axes", "path", "command", "AXES")
 #: Suffixes of the public names in the C code.
 PUBLIC = ["real", "inputs", "state", "init", "step", "step_within", "save", "load", "rest"]
 PUBLIC += ["path", "contour_error"]
-#: Largest number of a design: no sum or product inside the law overflows.
+#: Largest magnitude of a number of a design, so that no sum or product in its law overflows.
 LARGEST = 1e100
-#: Largest number of a design that adapts: differences of 1e-4 decide there and have to be seen.
+#: The same for a design that adapts: its decisions need differences of 1e-4 despite rounding.
 LARGEST_LEARNT = 1e9
-#: Range of numbers that single precision holds with room for products, besides 0.
+#: Range of magnitudes (besides 0) whose products still fit into single precision.
 SINGLE = (1e-30, 1e12)
 
 
@@ -41,11 +41,11 @@ def sources(
 ) -> dict[str, str]:
     """Return ``NAME.h`` and ``NAME.c`` of a controller, with NAME from ``c_name``.
 
-    ``law`` replaces the design's own law with the same numbers, for example by one with tabulated
-    terms; ``notes`` are printed in the head comment.
+    If ``law`` is given, for example a law with tabulated terms, the code computes it instead of the
+    design's own law, with the same numbers. ``notes`` are printed in the head comment.
 
     Raises:
-        UserError: the kind has no C code, or an input is named like a word of the language.
+        UserError: the kind has no C code, or a name or a number is not allowed in C.
     """
     names, whole = signals(design), machine_axes(design)
     axes, numbers = [*map(identifier, whole)], checked_numbers(design)
@@ -79,13 +79,13 @@ def sources(
 
 
 def tabulated(design: Design, points: int) -> tuple[dict[str, str], Json]:
-    """Return the sources without ``exp``: degrees from a table of ``points`` values, interpolated.
+    """Return C sources without ``exp``: degrees are interpolated in a table of ``points`` values.
 
     Returns:
-        The files, and the result of ``Kind.lookup``.
+        The files by name, and the result of ``ControllerRecord.lookup``.
 
     Raises:
-        UserError: the controller has no terms with an exponential; or as ``sources``.
+        UserError: the controller has no terms with an exponential; or in the cases of ``sources``.
     """
     lookup = require(design.kind.lookup, design, "its C code has no exp to tabulate")
     values = lookup(design.controller, points)
@@ -99,16 +99,16 @@ def tabulated(design: Design, points: int) -> tuple[dict[str, str], Json]:
 
 
 def c_name(design: Design) -> str:
-    """Prefix of every name in the C code of a design."""
+    """Return the prefix of every public name in the C code of a design."""
     name = identifier(design.name)
     return name if name[:1].isalpha() else f"hfc_{name}"
 
 
 def signals(design: Design) -> dict[str, str]:
-    """Return the signals that the controller reads in a sample, with units as far as known.
+    """Return identifier and unit ("" if unknown) of each signal that the controller reads.
 
     Raises:
-        UserError: an input is named like a word of the language.
+        UserError: the signals are not known, or a name is not allowed in C.
     """
     read = writing.signals_read(design)
     for name in read:
@@ -118,17 +118,17 @@ def signals(design: Design) -> dict[str, str]:
 
 
 class Flat(NamedTuple):
-    """Inputs and outputs of a controller of an axis or machine, each with its own name."""
+    """Inputs and outputs of a controller as single variables, without arrays over axes."""
 
     inputs: dict[str, str]  # name -> unit, "" if unknown
-    outputs: list[str]
+    outputs: list[str]  # names of the commands
     unit: str  # of the commands
-    meanings: dict[str, str]  # as far as that is known
-    truths: list[str] = []  # inputs that are true or false, where a language has these
+    meanings: dict[str, str]  # name -> meaning, without names of unknown meaning
+    truths: list[str] = []  # inputs that are true or false, in languages with such a type
 
 
 def flat(design: Design) -> Flat:
-    """Return inputs and commands of a design; for a machine the axis name precedes each of them.
+    """Return inputs and commands of a design; for a machine, names begin with that of their axis.
 
     Raises:
         UserError: the signals that the controller reads are not known.
@@ -153,10 +153,10 @@ def flat(design: Design) -> Flat:
 
 
 def checked_numbers(design: Design) -> list[tuple[str, float]]:
-    """Return every number of the controller and its limits, each with its dotted key.
+    """Return (dotted key, number) for all numbers of the controller and of its limits.
 
     Raises:
-        UserError: a number is too large for code that computes what the runtime computes.
+        UserError: a number exceeds ``LARGEST``, or ``LARGEST_LEARNT`` if the design learns.
     """
     whole = {"controller": design.controller.model_dump(), "limits": design.limits.model_dump()}
     learns = saving.learns(design)
@@ -170,7 +170,7 @@ def checked_numbers(design: Design) -> list[tuple[str, float]]:
 
 
 def only_double(numbers: list[tuple[str, float]], widths: Iterable[float]) -> str:
-    """Return why a design with these numbers and term widths does not fit into float, or ""."""
+    """Return why code with these numbers and term widths must be in double; "" if float will do."""
     smallest, largest = SINGLE
     odd = [f"{key} is {x:g}" for key, x in numbers if x and not smallest < abs(x) < largest]
     odd += ["a term has no width" for width in widths if width < smallest]
@@ -178,7 +178,7 @@ def only_double(numbers: list[tuple[str, float]], widths: Iterable[float]) -> st
 
 
 def _numbers(value: Plain, key: str = "") -> Iterator[tuple[str, float]]:
-    """Yield every number in a table with its dotted key."""
+    """Yield (dotted key, number) for all numbers in nested tables; ``key`` is that of ``value``."""
     if isinstance(value, dict | list | tuple):
         for name, part in value.items() if isinstance(value, dict) else enumerate(value):
             yield from _numbers(part, f"{key}.{name}".lstrip("."))

@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 
 from hfc_design.core.records import RunError
 
-#: Options for reproducible builds: no folder names, no build identity, no fused operations.
+#: Options for reproducible builds: no folder names, no build identity, no fused multiply-add.
 FLAGS = (
     *("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden"),
     *("-ffp-contract=off", "-s", "-Wl,--build-id=none"),
@@ -19,14 +19,14 @@ LONGEST_S = 120.0
 
 
 def compiler() -> str | None:
-    """Return the path of ``cc``; None if there is none, or if it builds for another platform."""
+    """Return the path of ``cc``; None without it, and on any platform but Linux on x86-64."""
     if sys.platform != "linux" or platform.machine() != "x86_64":
         return None
     return shutil.which("cc")
 
 
 def note() -> str:
-    """Return the line of ``hfc export`` on why there are only sources; "" if binaries are built."""
+    """Return a line on why FMUs contain only C sources; "" if binaries are built."""
     if compiler():
         return ""
     if sys.platform == "linux" and platform.machine() == "x86_64":
@@ -35,10 +35,10 @@ def note() -> str:
 
 
 def shared_library(sources: Mapping[str, str], name: str) -> bytes | None:
-    """Compile all ``.c`` files of the sources to a shared library; None without a compiler.
+    """Return a shared library of all ``.c`` files in ``sources``; None without a compiler.
 
     Raises:
-        RunError: the compiler refuses the sources.
+        RunError: the compiler cannot run, takes too long, or refuses the sources.
     """
     tool = compiler()
     if tool is None:

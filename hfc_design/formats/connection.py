@@ -1,4 +1,4 @@
-"""Connection of a design to a machine: the generated code reads the signals of its sensors."""
+"""Connection of a design to a machine: its code then reads the raw values of the sensors."""
 
 from collections.abc import Callable
 from functools import partial
@@ -33,20 +33,20 @@ from hfc_design.simulation.sensors import largest_command, observer_gains
 from plants import Drive
 from plants.drive import fed_back
 
-#: Units and meanings of signals.
+#: Signal -> unit, and signal -> meaning.
 Known = tuple[dict[str, str], dict[str, str]]
 
 
 class Connected(NamedTuple):
     """Inputs of a connected design's code, and the function that makes a law read them."""
 
-    units: dict[str, str]  # name -> unit, of all that it reads, of a machine at each axis
-    meanings: dict[str, str]
-    around: Callable[[AxisLaw], AxisLaw]
-    machine: Controller | None  # of all axes; None: it is of one
-    each: dict[str, Known]  # the same of each axis by its name
-    fed_back: dict[str, str]  # axis -> the reading of its position
-    steps: dict[str, dict[str, float]]  # axis -> reading -> step that it is rounded to
+    units: dict[str, str]  # input -> unit, or "" if axes differ; a machine has each input per axis
+    meanings: dict[str, str]  # input -> meaning
+    around: Callable[[AxisLaw], AxisLaw]  # law of signals -> law of raw sensor values
+    machine: Controller | None  # controller of all axes; None for the controller of one axis
+    each: dict[str, Known]  # axis -> units and meanings of its signals
+    fed_back: dict[str, str]  # axis -> reading of the position that is fed back
+    steps: dict[str, dict[str, float]]  # axis -> reading -> step to which it is rounded
 
     @property
     def truths(self) -> list[str]:
@@ -55,13 +55,13 @@ class Connected(NamedTuple):
 
 
 def connect(design: Design, scenario: Scenario | None = None) -> Design:
-    """Return the design with code that reads the raw values of a scenario's sensors.
+    """Return a copy of the design whose code reads the raw values of a scenario's sensors.
 
     Without ``scenario`` the scenario of the design itself is used.
 
     Raises:
-        UserError: the scenario cannot run from here or has other axes; or one code serves all axes
-            and they are measured in different ways.
+        UserError: the scenario cannot be run here or has other axes; or one code is to serve
+            several axes whose drives or sensors differ.
     """
     begin, bare = f"design {design.name}: its sensors are not known", option("bare", True)
     try:
@@ -86,7 +86,7 @@ def connect(design: Design, scenario: Scenario | None = None) -> Design:
     connected = design.model_copy()
     rated: dict[str, tuple[str, ...]] = {axis.name: () for axis in axes}
     read: set[str] = set()
-    for _ in range(2):  # the first time it shows which velocities are read
+    for _ in range(2):  # the first pass finds which velocities are read
         connected._connected = _connected(design, axes, scenario, rated, each_told)
         known = used(laws.recorded_law(connected))
         heads = [f"{identifier(axis)}_" for axis in drives] if whole else [""]
@@ -104,7 +104,7 @@ def connect(design: Design, scenario: Scenario | None = None) -> Design:
 
 
 def _text(drive: Drive) -> Known:
-    """Unit and meaning of every signal of a drive that code can read, and of its command."""
+    """Return units and meanings of all inputs that code can read of a drive, and of its command."""
     known = dict.fromkeys(SWITCHES, "") | units_of(drive.units) | plant_code.state_units(drive)
     known |= {"preset": drive.units["command"], "largest_error": drive.units["error"]}
     of_drive = dict.fromkeys(_readings(drive), "as its sensor reads it")
@@ -113,7 +113,7 @@ def _text(drive: Drive) -> Known:
 
 
 def _readings(drive: Drive) -> dict[str, None]:
-    """Names of an axis' sensor readings: its state, and signals not formed from encoders."""
+    """Return as keys the readings of a drive: fields of its state, and signals without encoder."""
     return dict.fromkeys((*drive.initial_state(0.0)._fields, *measured_apart(drive)))
 
 
@@ -124,7 +124,7 @@ def _connected(
     rated: dict[str, tuple[str, ...]],
     known_signals: dict[str, Known],
 ) -> Connected:
-    """Return the connection of a design to its axes; its code forms the ``rated`` velocities."""
+    """Return a design's connection; ``rated``: axis -> angles whose velocities the code forms."""
     each = tuple(_connection(design, axis, scenario, rated[axis.name]) for axis in axes)
     whole, every = laws.machine_axes(design), design.controller.sample_time_s
     start = within_rate(laws.begun_law(design))
@@ -146,7 +146,7 @@ def _connected(
     names = dict.fromkeys((*SWITCHES, *FOLLOWED, *chain(*(one.sensing.fields for one in each))))
     units: dict[str, str] = {}
     meanings: dict[str, str] = {}
-    for known, means in known_signals.values():  # "" where axes differ
+    for known, means in known_signals.values():  # a unit is "" if it differs between axes
         meanings |= means
         known_of_axis = {name: known[name] for name in names if name in known}
         units |= {
@@ -156,13 +156,13 @@ def _connected(
 
 
 def _fed_back(axis: Axis, scenario: Scenario) -> Drive:
-    """Return the drive of an axis with feedback from the encoder that the scenario names."""
+    """Return the drive of an axis, with feedback from an encoder if the scenario names one."""
     encoder = scenario.sensors.of(axis.name).feedback
     return axis.drive if encoder is None else fed_back(axis.drive, encoder)
 
 
 def _steps(axis: Axis, sensing: Sensing) -> dict[str, float]:
-    """Return the steps of an axis' readings by their names; readings without are left out."""
+    """Return reading -> step of its sensor, for an axis; readings without steps are left out."""
     of_drive = {
         angle: float(getattr(axis.parameters, key)) for angle, key in axis.drive.resolutions.items()
     }
@@ -171,7 +171,7 @@ def _steps(axis: Axis, sensing: Sensing) -> dict[str, float]:
 
 
 def _sensing_of(axis: Axis, scenario: Scenario) -> tuple[Any, ...]:
-    """Return all that decides how an axis is measured, with its drive's readings of odd states."""
+    """Return drive, sensors, limits and test readings of an axis; equal means measured alike."""
     drive = axis.drive
     fixed, state = drive.coefficients(axis.parameters), drive.initial_state(0.0)
     readings = []
@@ -217,12 +217,12 @@ def _connection(
     name = axis.name if laws.machine_axes(design) else design.axis
     change = slower_drives(design, scenario)[axis.name] or design.changes([name])[name]
     step, largest = limits.resolution or None, largest_command(limits)
-    bound = design.limits.of(name).command  # it keeps to that already
+    bound = design.limits.of(name).command  # limit that the law applies itself
     return Connection(sensing, change, step, None if not step and largest == bound else largest)
 
 
 def _plain(function: Callable[[dict[str, Scalar]], dict[str, Scalar]]) -> Callable[..., Any]:
-    """Wrap a drive's function so that it gives plain numbers and not arrays of JAX."""
+    """Wrap a drive's function so that it returns floats or NumPy arrays, not arrays of JAX."""
 
     def signals_of(read: dict[str, Scalar]) -> dict[str, Scalar]:
         values = read.values()
@@ -237,7 +237,7 @@ def _plain(function: Callable[[dict[str, Scalar]], dict[str, Scalar]]) -> Callab
 
 
 def _rested(start: Memory, axes: tuple[str, ...], xp: Xp, fresh: Truth, memory: Memory) -> Memory:
-    """Reset a memory: numbers return to their ``start`` values, arrays, which are learned, stay."""
+    """Return the memory; where ``fresh``, numbers are those of ``start``, learned arrays stay."""
 
     def chosen(now: Any, first: Any) -> Memory:
         plain = isinstance(first, float | int) and not isinstance(first, bool)
@@ -247,7 +247,7 @@ def _rested(start: Memory, axes: tuple[str, ...], xp: Xp, fresh: Truth, memory: 
 
 
 def _begun(axes: tuple[str, ...], xp: Xp, fresh: Truth, memory: Memory, first: Memory) -> Memory:
-    """Return the memory, or the memory of a first sample if it is fresh."""
+    """Return the memory, but the memory ``first`` of a first sample where ``fresh`` is true."""
 
     def chosen(now: Any, first: Any) -> Memory:
         if now is None:

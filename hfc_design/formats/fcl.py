@@ -1,7 +1,7 @@
 """Fuzzy Control Language in two dialects: IEC 61131-7, and jFuzzyLogic.
 
-The standard has only terms of straight lines and singletons, so that a Gaussian becomes a polygon;
-jFuzzyLogic has it as GAUSS2. Triangles are exact in both.
+Terms of the standard consist of straight lines or are singletons, so a Gaussian becomes a polygon.
+jFuzzyLogic has a Gaussian term, GAUSS2. Triangles are exact in both dialects.
 """
 
 import math
@@ -29,14 +29,14 @@ JFUZZYLOGIC = [
 
 
 def gauss2(term: Term, place: Input) -> str:
-    """Write a Gaussian term as two means, each with its width; a triangle as its points."""
+    """Return a Gaussian term as GAUSS2 with two means and widths, a triangle as its points."""
     if not isinstance(term, FlatGaussian):
         return polygon(term, place)
     return "GAUSS2 " + " ".join(map(literal_of, (term.low, term.sigma, term.high, term.sigma)))
 
 
 def polygon(term: Term, place: Input) -> str:
-    """Return the points of a term on the universe of its input."""
+    """Return the points (x, degree) of a term as text, within the range of its input."""
     if isinstance(term, FlatGaussian):
         left = _tail(term.sigma, term.low, place.lowest, -1.0)
         right = _tail(term.sigma, term.high, place.highest, 1.0)
@@ -51,12 +51,12 @@ def polygon(term: Term, place: Input) -> str:
 def _tail(sigma: float, shoulder: float, end: float, side: float) -> list[tuple[float, float]]:
     """Return points (x, degree) from a ``shoulder``, where the degree begins to fall, to ``end``.
 
-    They lie on the given ``side``, -1 or 1. An output is a quotient of degrees, so that small
-    degrees have to be right in proportion where no other term is near: the lines are denser where
-    the degree bends, counted between its own bend, degree^(1/2), and its bend in proportion,
-    degree^0.
+    They lie on the given ``side`` of the shoulder, -1 or 1. An output is a quotient of degrees, so
+    small degrees need small relative errors where no other term is near. A factor degree^(1/2) in
+    the density of points would equalise the absolute errors of all lines, a factor degree^0 their
+    relative errors; degree^0.35 is a compromise.
     """
-    width = min(side * (end - shoulder), 39.0 * sigma)  # the degree is 0 from there
+    width = min(side * (end - shoulder), 39.0 * sigma)  # beyond 39 sigma it is 0 in floats
     if width <= 0.0:
         return []
     d = np.linspace(0.0, width, 4001)
@@ -65,7 +65,7 @@ def _tail(sigma: float, shoulder: float, end: float, side: float) -> list[tuple[
     share = np.concatenate([[0.0], np.cumsum(density[1:] + density[:-1])])
     places = np.interp(np.linspace(0.0, share[-1], LINES + 1), share, d)[1:]
     points = {shoulder + side * float(x): math.exp(-0.5 * (float(x) / sigma) ** 2) for x in places}
-    points.pop(shoulder, None)  # a term can be narrower than its centre is written
+    points.pop(shoulder, None)  # a very narrow term: x rounds to the shoulder
     return list(points.items()) or [(math.nextafter(shoulder, side * math.inf), 0.0)]
 
 

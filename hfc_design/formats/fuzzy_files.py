@@ -1,8 +1,8 @@
 """Folders with one file per rule unit: the common part of FLL, FCL, FML and FIS.
 
-FLL and FML need nothing else.
+The formats FLL and FML are registered here.
 
-Beside the units ``manifest.csv`` lists them in evaluation order with their inputs;
+In each folder ``manifest.csv`` lists the units in evaluation order, with the inputs of each.
 ``controller.json`` holds everything else that the command depends on: scales, limits, gains, and
 the steps of one sample in words.
 """
@@ -41,25 +41,25 @@ class Input(NamedTuple):
     terms: tuple[Term, ...]
     lowest: float
     highest: float
-    clamped: bool  # what is beyond lowest and highest counts as these; else it counts as it is
+    clamped: bool  # whether a value beyond lowest or highest counts as that bound
 
 
 class Rule(NamedTuple):
     """Rule: if the row input is ``row`` and the column input is ``column`` then ``value``."""
 
-    name: str  # of its singleton: one a rule, so that no reader merges two, if none has a name
+    name: str  # of its singleton; without labels each rule has one, so readers merge none
     row: str
     column: str
     value: float
 
 
 def texts(design: Design, target: str, **values: object) -> dict[str, str]:
-    """Return the files of the folder by name; a template with ``values`` renders each unit.
+    """Return file name -> text of the folder of a format; units are rendered with ``values``.
 
     Raises:
-        UserError: the design has no rule tables, or a name is a word of the language.
+        UserError: the design has no rule tables, or a name is not allowed in the format.
     """
-    suffix = target.partition("-")[0]  # a dialect has that of its language
+    suffix = target.partition("-")[0]  # a dialect has the suffix of its language
     units = writing.rule_units(design)
     signals = [identifier(name) for name in writing.rule_base(design).inputs(design.controller)]
     writing.check_names(target, [*signals, *(unit.name for unit in units)], CLASH)
@@ -72,7 +72,7 @@ def texts(design: Design, target: str, **values: object) -> dict[str, str]:
         least = spread(unit.table)
         lowest, highest = _represented(unit, unit.name, least) or least
         rules = _rules(unit)
-        singletons = {rule.name: rule.value for rule in rules}  # that rules share, once
+        singletons = {rule.name: rule.value for rule in rules}  # a shared name occurs once
         writing.check_names(target, singletons, CLASH)
         values |= {"lowest": lowest, "highest": highest, "rules": rules, "unit": unit}
         values |= {"singletons": singletons, "engine": unit.engine or unit.name}
@@ -82,14 +82,14 @@ def texts(design: Design, target: str, **values: object) -> dict[str, str]:
         )
         rows.append([unit.name, unit.column, unit.row, name])
     files["manifest.csv"] = writing.csv_text(rows)
-    with suppress(UserError):  # no code is made of numbers that are so large
+    with suppress(UserError):  # left out if a number is too large for code
         files["controller.m"] = function(design, "controller")
     files["controller.json"] = json.dumps(companion_files(design), indent=1, allow_nan=False) + "\n"
     return files
 
 
 def companion_files(design: Design) -> Json:
-    """Return all that the command depends on beside the units, and the design's limit."""
+    """Return the content of ``controller.json``: what the command depends on besides the units."""
     units = writing.signal_units(design)
     about = writing.rule_base(design).about(design.controller, units)
     if design.limits.command is not None:
@@ -105,7 +105,7 @@ def companion_files(design: Design) -> Json:
 
 
 def inputs(units: list[RuleUnit]) -> dict[str, tuple[Input, Input]]:
-    """Return the row and column input of each unit, by unit name."""
+    """Return name of a unit -> its row input and its column input."""
     tables = {unit.name: unit.table for unit in units}
     return {
         unit.name: (
@@ -131,7 +131,7 @@ def _input(unit: RuleUnit, name: str, terms: tuple[Term, ...], source: RuleTable
 def _represented(
     unit: RuleUnit, name: str, least: tuple[float, float]
 ) -> tuple[float, float] | None:
-    """Return the range that came with the unit, if it still covers everything that it has to."""
+    """Return the imported range of variable ``name``; None if it does not cover ``least``."""
     lowest, highest = unit.ranges.get(name, (math.inf, -math.inf))
     return (lowest, highest) if lowest <= least[0] and least[1] <= highest else None
 
@@ -153,12 +153,12 @@ def unit_head(design: Design) -> list[str]:
 
 
 def fml(design: Design) -> dict[str, str]:
-    """Return FML for JFML, one system per unit; UserError: two names in one are alike."""
+    """Return FML for JFML, one system per unit; UserError: a file would have a name twice."""
     files = texts(design, "fml", domain=_domain)
     for file, text in files.items():
         if not file.endswith(".fml"):
             continue
-        # Names are XML IDs: all variables, terms and rules of a file share one space of them.
+        # Names are XML IDs: variables, terms and rules of a file must all have different ones.
         names = Counter(element.get("name") for element in ET.fromstring(text.encode()).iter())
         for name, count in names.items():
             if name is not None and count > 1:
@@ -168,7 +168,7 @@ def fml(design: Design) -> dict[str, str]:
 
 
 def _domain(place: Input) -> tuple[float, float]:
-    """Return the domain of a variable, wide if unclamped: JFML refuses values beyond it."""
+    """Return the range of an input in JFML, which refuses other values: wide if not clamped."""
     if place.clamped:
         return place.lowest, place.highest
     room = 1e6 if isinstance(place.terms[0], Triangle) else 1.0

@@ -14,21 +14,21 @@ from hfc_design.files.loop_setup import axes_of
 #: Recordings of the last requested designs: several parts of an export read the same one.
 _KEPT: dict[tuple[Any, ...], Recorded] = {}
 MOST = 64
-#: Relative change of numbers that shows where they are used.
+#: Relative change of a number in memory that shows whether the controller's record depends on it.
 ASIDE = 1e-3
 #: Reason why no code can be generated for a kind.
 NO_CODE = "its inputs are not known; export its numbers with json"
 
 
 def recorded_law(design: Design, law: AxisLaw | None = None, flat: bool = False) -> Recorded:
-    """Record the controller of a design for one sample.
+    """Return the recording of one sample of a design's controller.
 
-    ``law`` replaces the design's own law with the same numbers; ``flat`` as in ``codegen.recorded``
-    and with the design's limit of an axis.
+    If ``law`` is given, it is recorded in place of the design's own law, with the same numbers. For
+    ``flat`` see ``codegen.recorded``; the law of one axis then keeps to the limit of the design.
 
     Raises:
         TraceError: the controller does something that no code can be generated for.
-        UserError: the controller reads whatever signals exist.
+        UserError: it is not known which signals the controller reads.
     """
     if law is not None:
         return recorded(_source(design, law, flat), flat=flat)
@@ -44,20 +44,20 @@ def recorded_law(design: Design, law: AxisLaw | None = None, flat: bool = False)
 def _key_of(design: Design) -> tuple[Any, ...]:
     limits = None if design.kind.law else design.limits.model_dump_json()
     changes = tuple(design.changes(machine_axes(design) or (design.axis,)).values())
-    # What connects a law is a function, which is the same where the design is.
+    # ``around`` is a function: it is equal only for the same connected design.
     connection = design.connected and (design.connected.around, *design.connected.units)
     return design.controller.model_dump_json(), limits, changes, machine_axes(design), connection
 
 
 def machine_axes(design: Design) -> tuple[str, ...]:
-    """Return the axes that one controller commands; () for the controller of one axis."""
+    """Return the axes that one controller commands together; () if each axis has its own."""
     return () if design.kind.law or design.kind.axis_records else axes_of(design)
 
 
 def of_path(design: Design) -> tuple[str, ...]:
     """Return the path values that a machine's controller, or one inside it, reads; possibly none.
 
-    A connected controller computes the contour error itself.
+    A connected controller does not read the contour error, because it computes it.
     """
     axes = machine_axes(design)
     seen = bool(axes) and any(x.path for x in inside(design.controller, axes))
@@ -88,7 +88,7 @@ def _source(design: Design, law: AxisLaw | None, flat: bool) -> Source:
 
 
 def learnt(design: Design) -> list[str]:
-    """Return the names of the numbers that a controller learns: they are part of its record."""
+    """Return the names of numbers in memory that a controller learns: its record contains them."""
     memory = begun_law(design)
     if (same := _adapted(design, memory)) is None:
         return []
@@ -101,10 +101,10 @@ def learnt(design: Design) -> list[str]:
 
 
 def taken(design: Design, numbers: dict[str, Floats]) -> ControllerRecord:
-    """Return a record with the learned ``numbers``, by the members of the code's state."""
+    """Return the controller's record with learned ``numbers``: member of the state -> values."""
     memory = filled(begun_law(design), {name: x.tolist() for name, x in numbers.items()})
     adapted = _adapted(design, memory)
-    assert adapted is not None  # or it had learned nothing
+    assert adapted is not None  # None only if nothing is learned
     return adapted
 
 

@@ -1,6 +1,6 @@
 """LinuxCNC export: a HAL component, the files that wire it, and a simulated machine.
 
-The component includes the C code of ``--to c``, so that there is one control law.
+The component includes the C code of ``--to c``, so that the control law is written only once.
 """
 
 import hashlib
@@ -32,12 +32,12 @@ ACCELERATION = "reference_acceleration"
 def components(design: Design) -> dict[str, Content]:
     """Return a folder with everything that halcompile and halrun need.
 
-    If the design names no scenario and does not fit that of its plant, there is no loop on a
-    simulated machine, and README.md says why.
+    If the design names no scenario and the default one of its plant does not fit, the folder has no
+    loop on a simulated machine, and README.md says why.
 
     Raises:
-        UserError: the design cannot run on HAL, or the scenario that it names cannot be run from
-            here; it may name a file that is missing.
+        UserError: the design cannot run on HAL, or the scenario that it names cannot be run here,
+            for example because a file is missing.
     """
     to_c, bare = option("to", "c"), option("bare", True)
     if design.kind.controller and not design.kind.axis_records:
@@ -65,7 +65,7 @@ def components(design: Design) -> dict[str, Content]:
 
 
 def component_name(design: Design) -> str:
-    """Return the name of the component: an identifier that no component of LinuxCNC has."""
+    """Return the name of the component: hfc_ and the design's name, shortened if too long."""
     name = f"hfc_{identifier(design.name)}"
     longest_pin = ACCELERATION if ACCELERATION in code.signals(design) else "spindle_velocity"
     longest = LONGEST - len(f".0.{longest_pin}")
@@ -114,7 +114,7 @@ def _followed(design: Design, drive: Drive) -> Drive:
     """Return the drive with feedback from the encoder that the design's scenario names.
 
     Raises:
-        UserError: the scenario names another encoder for another axis.
+        UserError: the scenario feeds back different encoders on different axes.
     """
     encoders = sorted({one.position for one in scene(design, ()).each} or {drive.position})
     if len(encoders) > 1:
@@ -126,7 +126,7 @@ def _followed(design: Design, drive: Drive) -> Drive:
 
 
 def _plant(drive: Drive) -> Json:
-    """Return the template values of the plant's component, with the pin of its true position."""
+    """Return template values of the component of the plant, with the pin of the true position."""
     states, counts = plant_code.state_units(drive), plant_code.counts(drive)
     others = [name for name in plant_code.signals(drive) if name not in states]
     return {
@@ -142,7 +142,7 @@ def _plant(drive: Drive) -> Json:
 
 
 def _signals(design: Design, plant: Drive) -> Json:
-    """Return the controller's inputs; an error comes in as the two values that it is between."""
+    """Return template values of the inputs; an error is the difference of two pins."""
     read, units = code.signals(design), units_of(plant.units)
     if connection := design.connected:
         switches = [name for name in read if name in SWITCHES and name != "enable"]
@@ -178,12 +178,12 @@ def _signals(design: Design, plant: Drive) -> Json:
 
 
 def _simulated_loop(design: Design) -> tuple[Json, str]:
-    """Return the scenario of ``design`` for HAL, and reference.txt.
+    """Return template values of the loop on a simulated machine, and the text of reference.txt.
 
-    A row of reference.txt is a sample: reference, its rate and the load of each axis.
+    A row is a sample: reference, its rate, load and, if read, reference acceleration of each axis.
 
     Raises:
-        UserError: the scenario cannot run from here.
+        UserError: the scenario cannot be run here.
     """
     every = design.controller.sample_time_s
     scenario = own_scenario(design, design.name, [f"simulation.sample_time_s={every!r}"])
@@ -194,7 +194,7 @@ def _simulated_loop(design: Design) -> tuple[Json, str]:
     columns, axes = [], {}
     for axis, axis_samples in zip(plant.each(), scenario.samples().axes, strict=True):
         if design.axis not in ("", axis.name):
-            continue  # it has a controller and a folder of its own
+            continue  # that axis has its own controller and folder
         columns += [axis_samples.reference, axis_samples.reference_rate, _mean(axis_samples.loads)]
         if ahead:
             columns.append(np.asarray(axis_samples.reference_acceleration))
@@ -205,7 +205,7 @@ def _simulated_loop(design: Design) -> tuple[Json, str]:
     table = np.stack(columns, axis=1)
     loop = {
         "scenario": scenario.name,
-        "axes": axes,  # prefix of names -> what the machine is set to
+        "axes": axes,  # prefix of names in HAL -> parameters and limit
         "substeps": scenario.simulation.substeps,
         "rows": len(table),
     }
@@ -213,7 +213,7 @@ def _simulated_loop(design: Design) -> tuple[Json, str]:
 
 
 def _check_length(axis: str, coefficients: Json, ahead: bool) -> None:
-    """Check the names in HAL of an axis; UserError: one is too long."""
+    """Check the lengths of an axis' names in HAL; UserError: one is too long."""
     behind = [f"machine.{name}" for name in coefficients]
     behind += [f"controller.{ACCELERATION}"] if ahead else []
     longest = LONGEST - max(len(f"-{name}") for name in behind)
@@ -224,7 +224,7 @@ def _check_length(axis: str, coefficients: Json, ahead: bool) -> None:
 
 
 def _mean(loads: np.ndarray) -> np.ndarray:
-    """Return the (steps,) load held in each sample: Simpson's mean of (2 substeps + 1, steps)."""
+    """Return the load (steps,) of each sample: Simpson's mean of loads (2 substeps + 1, steps)."""
     weights = np.full(len(loads), 2.0)
     weights[1::2] = 4.0
     weights[[0, -1]] = 1.0

@@ -16,22 +16,22 @@ from hfc_design.formats.scripts import function, named
 from hfc_design.formats.writing import Format, facts, rendered, rule_units
 
 EDGES = {"left": -math.inf, "right": math.inf}
-#: Exponent limit: exp(-700) is about the smallest number of full precision.
+#: Largest -ln of a firing strength: exp(-700) is nearly the smallest normal number.
 FADED = 700.0
 
 
 def systems(design: Design) -> dict[str, str]:
-    """Return a folder with one ``.fis`` per unit, and ``controller.m``, which does not need them.
+    """Return a folder with one ``.fis`` per unit, and ``controller.m``, which works without them.
 
     A hierarchy also gets ``controller_tree.m``, which builds MATLAB's ``fistree``.
 
     Raises:
-        UserError: a name is invalid in MATLAB, or no rule fires for some inputs.
+        UserError: there are no rule tables, a name is invalid, or no rule fires for some inputs.
     """
     files, units = texts(design, "fis"), rule_units(design)
     sides = inputs(units)
     for name, pair in sides.items():
-        # Where no rule fires a unit gives 0, Octave's evalfis an error, MATLAB's another value.
+        # Where no rule fires, a unit gives 0, Octave's evalfis an error, MATLAB's another value.
         if sum(map(_faintest, pair)) > FADED:
             raise UserError(
                 f"{option('to', 'fis')}: the terms of {name} leave gaps in which no rule fires; "
@@ -46,7 +46,7 @@ def systems(design: Design) -> dict[str, str]:
 
 
 def _faintest(side: Input) -> float:
-    """Return -ln of the least value that the highest degree of an input takes (LL eq. 3)."""
+    """Return -ln of the least value, over an input's range, of its highest degree (LL eq. 3)."""
     terms = [term for term in side.terms if isinstance(term, FlatGaussian)]
     if not terms:
         return 0.0  # triangles leave no gap, see flc.record
@@ -61,11 +61,11 @@ def _exponent(term: FlatGaussian, u: float) -> float:
 
 
 def variables(design: Design) -> bytes:
-    """Return a MAT file (version 5) with everything that a design file holds; SciPy reads it too.
+    """Return a design as a MAT file (version 5), without score and origin; SciPy reads it too.
 
     Variables: ``design`` (name, plant, facts), ``controller`` (as in the design file; a missing
-    edge of a term is infinite), ``limits`` where the design has some, and for a rule base ``units``
-    (name, column_input, row_input, table) in evaluation order with ``wiring``.
+    edge of a term is infinite), ``limits`` (command, command_rate) if set, and with rule tables
+    ``units`` (name, column_input, row_input, table) in evaluation order, and ``wiring``.
 
     Raises:
         UserError: a name cannot be that of a field in MATLAB.
@@ -88,18 +88,18 @@ def variables(design: Design) -> bytes:
             }
             for unit in units
         ]
-        # (units, 2) column and row source: 1, 2, ... the inputs, then the units in their order.
+        # (units, 2): numbers of column and row source: inputs from 1 on, then the units.
         names = [*rules.inputs(design.controller), *(unit.name for unit in units)]
         wiring = [[names.index(unit.column) + 1.0, names.index(unit.row) + 1.0] for unit in units]
         data["wiring"] = np.array(wiring)
-    buffer: Any = io.BytesIO()  # the stubs know paths only
+    buffer: Any = io.BytesIO()  # the type stubs allow only paths
     savemat(buffer, {key: _matlab(value) for key, value in data.items()}, long_field_names=True)
     head = f"MATLAB 5.0 MAT-file, {facts(design)[0]}".encode("ascii")
-    return head.ljust(116)[:116] + buffer.getvalue()[116:]  # SciPy puts the date there
+    return head.ljust(116)[:116] + buffer.getvalue()[116:]  # SciPy would write the date
 
 
 def _matlab(value: Any) -> object:
-    """Convert records and lists of them to structs, numbers to arrays, labels to cells."""
+    """Return a value for ``savemat``: records become structs, numbers arrays, labels cells."""
     if value is None:
         return np.zeros((0, 0))
     if isinstance(value, dict):

@@ -1,4 +1,4 @@
-"""C99 code of drives, step for step what the simulator computes; shared by LinuxCNC and FMUs."""
+"""C99 code of drives for LinuxCNC and FMUs; it computes each step as the simulator does."""
 
 from collections.abc import Callable, Mapping
 from functools import cache
@@ -31,13 +31,13 @@ class Function(NamedTuple):
     """Function of a drive in C."""
 
     lines: list[str]
-    outputs: dict[str, str]  # where each number that it gives goes, and what it is
+    outputs: dict[str, str]  # C expression of a destination -> that of its value
     library: list[str]  # functions of the mathematical library
-    helpers: list[str]
+    helpers: list[str]  # names of helper functions that it calls
 
 
 def name_of(drive: Drive) -> str:
-    """Prefix of every name in the C code of a drive."""
+    """Return the prefix of every public name in the C code of a drive."""
     return f"plant_{SHARED.get(drive.name, identifier(drive.name))}"
 
 
@@ -62,7 +62,7 @@ def state_units(drive: Drive) -> dict[str, str]:
 
 
 def signals(drive: Drive) -> list[str]:
-    """Return the signals of a drive's sensors beside the error."""
+    """Return the names of a drive's signals besides the error and its rate."""
     fixed = drive.coefficients(drive.parameters())
     return list(drive.signals(fixed, drive.measured(fixed, drive.initial_state(0.0))))
 
@@ -73,7 +73,7 @@ def counts(drive: Drive) -> bool:
 
 
 def sources(drive: Drive, design: Design) -> dict[str, str]:
-    """Return header and source of a drive by file name; UserError as ``check``."""
+    """Return file name -> text of header and source of a drive; UserError as for ``check``."""
     check(drive, design)
     functions = _functions(drive)
     library = dict.fromkeys(name for one in functions.values() for name in one.library)
@@ -96,7 +96,7 @@ def sources(drive: Drive, design: Design) -> dict[str, str]:
 
 
 def coefficients(record: Parameters, prefix: str = "") -> dict[str, Any]:
-    """Return the coefficients of a drive by name; the part's name precedes those of a part."""
+    """Return name -> number of a record; the name of a nested record precedes those inside."""
     numbers: dict[str, Any] = {}
     for name, value in record._asdict().items():
         part = hasattr(value, "_asdict")
@@ -105,7 +105,7 @@ def coefficients(record: Parameters, prefix: str = "") -> dict[str, Any]:
 
 
 def coupled(machine: Machine, design: Design) -> dict[str, str]:
-    """Return header and source of a step of a machine with coupled axes.
+    """Return file name -> text of header and source of the step of a machine with coupled axes.
 
     Raises:
         UserError: the machine does something that no code can be generated for.
@@ -144,13 +144,13 @@ def coupled(machine: Machine, design: Design) -> dict[str, str]:
 
 @cache
 def _functions(drive: Drive) -> dict[str, Function]:
-    """Return the functions in the C code of a drive.
+    """Return the functions in the C code of a drive, by name.
 
     Raises:
         TraceError: the drive does something that no code can be generated for.
     """
     parameters = drive.parameters()
-    fixed = jax.eval_shape(drive.coefficients, parameters)  # the names of them
+    fixed = jax.eval_shape(drive.coefficients, parameters)  # only their names are used
     state = drive.initial_state(0.0)
     known: Json = {"p": parameters, "c": fixed, "x": state, "seen": state}
     known |= dict.fromkeys(("command", "start", "middle", "end", "dt", "reference"), 0.0)
@@ -175,7 +175,7 @@ def _functions(drive: Drive) -> dict[str, Function]:
 
 
 def _printed(function: Callable[..., Any], given: Mapping[str, Any], place: str) -> Function:
-    """Print a function of records and numbers, which returns one number or fills a record."""
+    """Return the C code of ``function``, whose arguments are like ``given``: records or numbers."""
     trace = Trace()
     places: dict[str, str] = {}
     nodes = [_nodes(trace, value, name, places) for name, value in given.items()]
@@ -195,7 +195,7 @@ def _printed(function: Callable[..., Any], given: Mapping[str, Any], place: str)
     printer.bound |= {x for x in values.values() if isinstance(x, Node) and x.args}
     lines = folded(printer.lines())
     outputs = {f"{place}{key}": printer.text(x, kind=REAL) for key, x in values.items()}
-    for target, value in outputs.items():  # what has a place that is written to meanwhile
+    for target, value in outputs.items():  # an output that another one overwrites is copied
         if value in outputs and value != target:
             outputs[target] = printer.names.fresh("before")
             lines.append(f"    const real {outputs[target]} = {value};")
@@ -203,7 +203,7 @@ def _printed(function: Callable[..., Any], given: Mapping[str, Any], place: str)
 
 
 def _nodes(trace: Trace, value: Any, name: str, places: dict[str, str], part: str = "") -> Any:
-    """Return a record of leaves, or one leaf, named as in C; ``part`` is within a record."""
+    """Return ``value`` with a leaf for each number; ``places``: name of a leaf -> C expression."""
     if hasattr(value, "_asdict"):
         head = f"{part}_" if part else ""
         items = value._asdict().items()
@@ -213,6 +213,6 @@ def _nodes(trace: Trace, value: Any, name: str, places: dict[str, str], part: st
     return trace.leaf("input", leaf)
 
 
-#: C expressions of the numbers of a step that are elements of an array.
+#: Argument of a step -> C expression, for arguments that are elements of an array.
 PLACES = {"start": "loads[0]", "middle": "loads[1]", "end": "loads[2]"}
 PLACES |= {f"{name}_{k}": f"{name}s[{k}]" for name in ("command", "load") for k in range(64)}

@@ -21,15 +21,15 @@ EXAMPLE = (
     "An example: give the variables what the drive's sensors tell, in the units that they name, "
     "and the drive the command; fault belongs to what stops the machine."
 )
-#: Name of a signal with its description.
+#: A variable with its description.
 Told: TypeAlias = "tuple[Variable, str]"
 
 
 def project(design: Design) -> str:
-    """Return ``design`` as a project of one function block and a program that a task calls.
+    """Return a project as PLCopen XML: the function block of ``design`` and an example program.
 
     Raises:
-        UserError: as ``st.block_of``; or a name is used by the example program.
+        UserError: as for ``st.block_of``; or the example program uses a name of the design.
     """
     block = block_of(design)
     program, instance = f"{block.name}_example", f"{block.name}_1"
@@ -68,7 +68,7 @@ def project(design: Design) -> str:
 
 
 def _signals(block: FunctionBlock) -> tuple[list[Told], list[Told]]:
-    """Return the inputs, and the commands with the fault output, each with its unit."""
+    """Return the inputs, and the outputs (commands, then fault), each with a description."""
     known = block.known
 
     def described(name: str, unit: str) -> Told:
@@ -91,7 +91,7 @@ def folder(design: Design) -> Content:
     """Return the project of a design, a README page, test vectors, and a program that runs them.
 
     Raises:
-        UserError: as ``project``.
+        UserError: as for ``project``.
     """
     return with_vectors(design, {f"{c_name(design)}.xml": project(design)})
 

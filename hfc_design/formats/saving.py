@@ -19,11 +19,11 @@ class Member(NamedTuple):
     """Member of the state in C code: one number or an array."""
 
     name: str
-    size: int  # of an array; 0: it is none
-    what: str  # for people
-    whole: bool  # whether it is a truth
-    learnt: bool
-    first: int = 0  # its place among the numbers that are saved
+    size: int  # length of an array; 0: one number
+    what: str  # shape or meaning, for the comment in the header
+    whole: bool  # whether it is a truth value, 0 or 1
+    learnt: bool  # whether the controller learns it
+    first: int = 0  # index of its first value among the saved numbers
 
     @property
     def length(self) -> int:
@@ -32,7 +32,7 @@ class Member(NamedTuple):
 
     @property
     def at(self) -> str:
-        """Indices of the member among the saved numbers."""
+        """Indices of the member among the saved numbers, as text."""
         last = f" to {self.first + self.length - 1}" if self.length > 1 else ""
         return f"{self.first}{last}"
 
@@ -41,8 +41,8 @@ class Saved(NamedTuple):
     """Saved members of a state, the learned ones first."""
 
     members: list[Member]
-    learnt: int  # numbers of what is learned
-    numbers: int  # all of them
+    learnt: int  # count of learned numbers
+    numbers: int  # count of all numbers
 
 
 def saved(design: Design) -> Saved:
@@ -87,7 +87,7 @@ def taken(design: Design, numbers: Sequence[float]) -> ControllerRecord:
     nothing = "its C code has no learned state"
     numbers_saved: Saved = require(learning(design), design, nothing)
     count, counts = len(numbers), [numbers_saved.numbers]
-    with suppress(UserError):  # it is bare code alone
+    with suppress(UserError):  # only bare code exists
         counts.insert(0, saved(connect(design)).numbers)
     if count not in (*counts, numbers_saved.learnt):
         known = " or, bare, ".join(map(str, dict.fromkeys(counts)))
@@ -101,6 +101,6 @@ def taken(design: Design, numbers: Sequence[float]) -> ControllerRecord:
 
 
 def size(design: Design) -> tuple[int, int]:
-    """Return the bytes of a state in double and in float, by the usual rules of C."""
+    """Return the usual size of a C state in bytes, with numbers in double and in float."""
     count = saved(design).numbers
     return (8 * count, 4 * count) if count else (1, 1)

@@ -14,7 +14,7 @@ def function(design: Design, name: str = "") -> str:
     """Return a function for MATLAB and Octave that computes the commands of the runtime.
 
     Raises:
-        UserError: the inputs are not known, or a name cannot be that of a field.
+        UserError: the inputs are not known, a number is too large, or a name is not allowed.
     """
     code.checked_numbers(design)
     known = code.flat(design)
@@ -36,10 +36,10 @@ def named(target: str, name: str) -> str:
 def module(design: Design) -> str:
     """Return an ES module with ``initial()`` and ``step(state, inputs, limit)``.
 
-    It runs on a page or in Node.
+    It runs in a browser or in Node. For a whole machine ``step`` has no ``limit``.
 
     Raises:
-        UserError: the inputs are not known, or a law does something without equivalent code.
+        UserError: the inputs are not known, a number is too large, or no code can be generated.
     """
     code.checked_numbers(design)
     known = code.flat(design)

@@ -19,7 +19,7 @@ from hfc_design.formats.writing import (
     rendered,
 )
 
-#: Digits of an ``EXP`` that may differ between implementations.
+#: Largest assumed difference between implementations of ``EXP``, in units of the last digit.
 EXP_OFF = 8.0
 CLASH = "IEC 61131-3 reads {name} as {other}"
 
@@ -36,7 +36,7 @@ def block_of(design: Design) -> FunctionBlock:
     """Return the function block of a design.
 
     Raises:
-        UserError: the inputs are not known, or a name is invalid in the language.
+        UserError: the inputs are not known, a number is too large, or a name is invalid.
     """
     name = "fb_" + re.sub("_+", "_", identifier(design.name)).strip("_")
     known = code.flat(design)
@@ -47,7 +47,7 @@ def block_of(design: Design) -> FunctionBlock:
 
 
 def text_of(design: Design) -> str:
-    """Return ``design`` as a function block of Structured Text; UserError as ``block_of``."""
+    """Return ``design`` as a function block of Structured Text; UserError as for ``block_of``."""
     return rendered("controller.st.j2", design, block=block_of(design))
 
 
@@ -55,7 +55,7 @@ def with_vectors(design: Design, files: dict[str, str]) -> dict[str, Content]:
     """Return the block's ``files`` with a README page, test vectors and a program that runs them.
 
     Raises:
-        UserError: as ``block_of``.
+        UserError: as for ``block_of``.
     """
     block = block_of(design)
     program = f"{block.name}_check"
@@ -94,10 +94,10 @@ def with_vectors(design: Design, files: dict[str, str]) -> dict[str, Content]:
 
 
 def folder(design: Design) -> Content:
-    """Return the function block of a design, its page, test vectors, and a program that runs them.
+    """Return function block, README page, test vectors, and a program that runs the vectors.
 
     Raises:
-        UserError: as ``block_of``.
+        UserError: as for ``block_of``.
     """
     return with_vectors(design, {f"{code.c_name(design)}.st": text_of(design)})
 

@@ -1,6 +1,6 @@
 """Export formats, and the parts that all writers share: facts of a design, names, templates.
 
-A module beside this one that defines ``FORMATS`` registers its formats. The same design gives the
+A module in this folder registers formats by a list ``FORMATS``. Exports of the same design have the
 same bytes.
 """
 
@@ -43,7 +43,7 @@ MEANINGS = {
     "error_rate": "rate of the reference less velocity",
     **FOLLOWED,
 }
-#: First characters of a formula in a spreadsheet, unless a number follows.
+#: First characters that make a cell a formula in a spreadsheet, unless it is a number.
 FORMULA = tuple("=+-@\t\r\n")
 NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
 #: Characters that are markup within a line of Markdown: an underscore in a word is not.
@@ -56,18 +56,18 @@ class Format(NamedTuple):
     """Export format of a design."""
 
     name: str
-    text: str  # what it writes
-    #: Content for a design or the part of one axis. UserError: the format does not fit the kind, or
+    text: str  # what it writes, for lists of formats
+    #: Design, or its part for one axis -> content. UserError: the format does not fit the kind, or
     #: a name is invalid in it.
     content: Callable[[Design], Content]
-    suffix: str = ""  # of a part that is a file
-    whole: bool = False  # it can hold several axes
-    note: Callable[[], str] = str  # what is to be said of every one that is written here
-    #: Content beside the parts, for a design in parts and the names of their axes.
+    suffix: str = ""  # of the file; "": a folder
+    whole: bool = False  # whether one file or folder holds all axes
+    note: Callable[[], str] = str  # gives a remark for the user on every export, "": none
+    #: Design and names of its axes -> content besides the parts, if each axis has its own part.
     companions: Callable[[Design, Sequence[str]], dict[str, Content]] = lambda design, axes: {}
-    ending: str = ""  # of the name of a folder that nobody named; left out: a dot and its name
+    ending: str = ""  # of the default name of a folder; "": a dot and the name of the format
     called: bool = False  # whether other code calls a file by its name, which is an identifier
-    connects: bool = False  # whether it has code that can read what a machine's sensors tell
+    connects: bool = False  # whether its code can be connected, see ``formats.connection``
 
     def write(
         self,
@@ -103,7 +103,7 @@ def write(path: Path, content: Content) -> None:
         _fill(path, content)
         return
     with writing(path):
-        # So near that a disk that is full is found before the first file is in its place.
+        # On the same disk, so that a full disk is found before the first file is in its place.
         near = next(folder for folder in path.absolute().parents if folder.is_dir())
         begin, end = TEMPORARY
         with TemporaryDirectory(end, begin, near) as name:
@@ -123,7 +123,7 @@ def _fill(path: Path, content: Content) -> None:
 
 
 def _check_room(whole: Path, path: Path) -> None:
-    """Check before writing that no folder is where a file belongs, nor a file instead."""
+    """Check that no folder lies where a file will be, nor a file where a folder will be."""
     if whole.is_dir() and path.is_dir():
         for inner in whole.iterdir():
             _check_room(inner, path / inner.name)
@@ -144,7 +144,7 @@ def _move(whole: Path, path: Path) -> None:
 
 
 def rule_base(design: Design) -> RuleBase:
-    """Return the rule tables of the design's kind.
+    """Return the functions of the design's kind that give rule tables.
 
     Raises:
         UserError: the design is of a kind without rule tables.
@@ -154,21 +154,21 @@ def rule_base(design: Design) -> RuleBase:
 
 
 def rule_units(design: Design) -> list[RuleUnit]:
-    """Return the units in evaluation order, output last; UserError as ``rule_base``."""
+    """Return the units in evaluation order, output last; UserError as for ``rule_base``."""
     return rule_base(design).units(design.controller)
 
 
 def signal_units(design: Design) -> dict[str, str]:
-    """Return the units of an axis' signals and of "command"; {} if the plant is unknown."""
+    """Return signal -> unit, also of "command"; {} if the plant is unknown or drives differ."""
     drive = _drive(design)
     units = units_of(drive.units) if drive else {}
     return units | design.connected.units if design.connected and units else units
 
 
 def each_axis(design: Design) -> dict[str, tuple[dict[str, str], dict[str, str]]]:
-    """Return units and meanings of all signals of each axis of a design, and of its command.
+    """Return axis -> (units, meanings) of all its signals and of its command.
 
-    The key is "" if they are the same for all axes, or not known.
+    The only key is "" if they are the same for all axes, or not known.
     """
     if signal_units(design) or design.plant.name not in ALL_PLANTS.known:
         return {"": (signal_units(design), signal_meanings(design))}
@@ -204,17 +204,17 @@ def meanings_of(drive: Drive) -> dict[str, str]:
 
 
 def _drive(design: Design) -> Drive | None:
-    """Return the drive of a design's axis, or the one of all its axes; None if not known."""
+    """Return the drive of a design's axis, or of all its axes; None if unknown or different."""
     if design.plant.name not in ALL_PLANTS.known:
         return None
     machine = PlantSettings(**design.plant.model_dump()).machine
-    if design.axis in machine.axes:  # not those of a scenario that has several of one drive
+    if design.axis in machine.axes:  # not if only the scenario has several axes
         return machine.drives[machine.axes.index(design.axis)]
     return machine.drives[0] if len(set(machine.drives)) == 1 else None
 
 
 def facts(design: Design) -> list[str]:
-    """Lines for the head of a file: the program that made it, and the design."""
+    """Return lines for the head of a file: the program that made it, and the design."""
     controller = design.controller
     return [
         f"made by hfc-design {__version__}",
@@ -235,7 +235,7 @@ def plain(text: str) -> str:
 
 
 def head(design: Design, notes: Iterable[str] = ()) -> list[str]:
-    """Return ``facts`` and notes as a comment."""
+    """Return ``facts`` and notes as lines that are safe in a comment."""
     return comment([*facts(design), *notes])
 
 
@@ -249,17 +249,17 @@ def csv_text(rows: Iterable[Sequence[object]]) -> str:
 
 def _text(cell: str) -> str:
     formula = cell[:1] in FORMULA and not NUMBER.fullmatch(cell)
-    return "'" * formula + cell.replace("\r", "\n")  # which the csv module puts in quotes
+    return "'" * formula + cell.replace("\r", "\n")  # the csv module quotes line feeds
 
 
 def check_names(target: str, names: Iterable[str], clash: str) -> None:
-    """Check that all names are identifiers of IEC 61131-3 and of a format, and all different.
+    """Check that names are identifiers of IEC 61131-3, all different, and not reserved in a format.
 
     Upper and lower case are not distinguished. ``clash`` is the message on a ``{name}`` that equals
-    the ``{other}``.
+    the ``{other}``: an earlier name, or "a word of the language".
 
     Raises:
-        UserError: a name is not.
+        UserError: a name breaks one of these rules.
     """
     taken = dict.fromkeys(RESERVED.get(target, ()), "a word of the language")
     for name in names:
@@ -275,16 +275,16 @@ def check_names(target: str, names: Iterable[str], clash: str) -> None:
 
 
 def rendered(template: str, design: Design, /, **values: object) -> str:
-    """Render a template of ``formats/templates``, with values that most of them need.
+    """Return a rendered template of ``formats/templates``; values that most need are added.
 
-    ``x | number`` writes a float so that it reads back bit for bit, ``x | xml`` a text between
-    tags, ``x | quoted`` one in an attribute.
+    Templates write ``x | number`` for a float that reads back bit for bit, ``x | xml`` for a text
+    between XML tags, and ``x | quoted`` for a text in an attribute.
     """
     usual = {
         "head": head(design),
         "every": design.controller.sample_time_s,
         "limit": design.limits.command,
-        "change": design.changes([design.axis])[design.axis],  # in a sample; None: any
+        "change": design.changes([design.axis])[design.axis],  # largest in a sample
         "command_unit": signal_units(design).get("command", ""),
     }
     return _templates().get_template(template).render(usual | values)
@@ -299,7 +299,7 @@ def _templates() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
-        autoescape=False,  # no markup, and nothing that a user wrote freely
+        autoescape=False,  # templates use the filters below
     )
     environment.filters |= {
         "literal": literal_of,

@@ -1,12 +1,12 @@
 """Profiles of the least certain parameters, and advice on what to record next.
 
-Profile likelihood: one parameter is held off its value, and all others are fitted again at every
-place (Raue et al., Bioinformatics 25, 2009). The intervals assume a parabola; a curve that stays
-flat on one side gives an end of the interval on the other side only.
+A profile shows how much worse the fit becomes if one parameter is set to other values and the rest
+is fitted again at each (profile likelihood; Raue et al., Bioinformatics 25, 2009). The intervals
+assume a parabola. A curve that is flat on one side bounds the parameter on the other side only.
 
-The advice is the recording with the most information that the log lacks. Commands of a few shapes
-are simulated on the machine as identified so far; the value of a recording is its Fisher
-information, added to that of the log (Ljung, System Identification, 1999, sec. 13.3).
+The advice is a sine of the command. Sines of several amplitudes and frequencies are simulated on
+the machine as identified so far. The best one adds most Fisher information on the least certain
+parameters to that of the log (Ljung, System Identification, 1999, sec. 13.3).
 """
 
 from typing import NamedTuple
@@ -20,49 +20,49 @@ from hfc_design.identify.identifiability import CONFIDENCE, Certainty, errors_of
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import replay
 
-#: Duration of each command [s], and its largest number of samples.
+#: Duration of each simulated command [s], and its largest number of samples.
 LASTS, SAMPLES = 5.0, 10_000
-#: Frequencies [Hz], none above this share of the samples; amplitudes as shares of the largest
-#: recorded command.
+#: Frequencies of the sines [Hz], up to ``FASTEST`` times the sampling rate; their amplitudes as
+#: shares of the largest recorded command.
 FREQUENCIES, FASTEST = (0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0), 0.1
 AMPLITUDES = (0.2, 0.5, 1.0)
-#: Largest travel and speed as multiples of those of the log.
+#: Largest travel and speed under a sine, as multiples of those in the log.
 FURTHER = 1.5
-#: Number of parameters whose gain is shown, and least gain of the best of them (a logarithm).
+#: Number of parameters that the advice names; least ln(error before / error after) of the best one.
 SHOWN, WORTH = 2, 0.1
-#: Standard error below which a parameter is known well enough.
+#: Relative standard error below which a parameter is known well enough.
 ENOUGH = 1e-3
-#: Number of parameters with a profile, the least certain ones.
+#: Number of profiles; they belong to the least certain parameters.
 WORST = 2
-#: Places on either side, in standard errors; no number leaves its value further than ``FURTHEST``.
+#: Points of a profile on each side, in standard errors; largest change of a number from the fit.
 PLACES, FURTHEST = (0.5, 1.0, 1.4, 1.8, 2.2), 1.5
-#: Points of the parabola.
+#: Number of points of the parabola that a figure draws.
 SMOOTH = 61
-#: Replays of Levenberg-Marquardt at each place, after the prediction by the slopes.
+#: Most steps of Levenberg-Marquardt at each point; relative gain per step below which it ends.
 STEPS, TOLERANCE = 4, 1e-5
-#: Deterioration of the fit at the ends of the interval.
+#: Value of ``Profile.worse`` at the ends of the interval.
 LIMIT = float(chi2.ppf(CONFIDENCE, 1))
 
 
 class Advice(NamedTuple):
     """A recommended command for the next recording."""
 
-    amplitude: float  # of a sine of the command [its unit]
+    amplitude: float  # of a sine of the command [unit of the command]
     frequency: float  # [Hz]
     duration: float  # [s]
     travel: float  # from end to end [unit of the position]
-    speed: float  # [the same per s]
-    errors: dict[str, tuple[float, float]]  # name -> relative standard error before and after
+    speed: float  # largest [unit of the position per s]
+    errors: dict[str, tuple[float, float]]  # parameter -> relative standard error before and after
 
 
 def advice(fit: Fit, known: Certainty, log: Recording, substeps: int) -> Advice | None:
-    """The sine that adds most to the information of the log; None: none adds much."""
+    """Return the sine that adds most information to the log; None: none is needed or helps much."""
     if log.command is None or (known.identifiable.all() and known.error.max() < ENOUGH):
         return None
     every, names = log.sample_time, fit.free.names
     steps = min(round(LASTS / every), SAMPLES)
     pairs = _shapes(float(np.abs(log.command).max()), every, steps)
-    if not pairs:  # samples too slow for the slowest sine
+    if not pairs:  # the sampling rate is too low even for the slowest sine
         return None
     time, before = every * np.arange(steps), root_of(fit.jacobian, fit.problem.scale)
 
@@ -89,21 +89,21 @@ def advice(fit: Fit, known: Certainty, log: Recording, substeps: int) -> Advice 
 
 
 def _travel_and_speed(place: Floats, every: float) -> tuple[float, float]:
-    """Travel of an axis at (steps,) places ``every`` s, and its largest speed."""
+    """Return travel and largest speed of an axis from its positions (steps,), ``every`` s apart."""
     return np.ptp(place), np.abs(np.diff(place)).max() / every
 
 
 def _shapes(largest: float, every: float, steps: int) -> list[tuple[float, float]]:
-    """Amplitudes and frequencies of the sines."""
+    """Return (amplitude, frequency [Hz]) of each sine; ``largest`` is the highest amplitude."""
     allowed = [f for f in FREQUENCIES if within(1.0 / (steps * every), f, FASTEST / every)]
     return [(share * largest, f) for share in AMPLITUDES for f in allowed]
 
 
 def _simulated(fit: Fit, log: Recording, command: Floats, substeps: int) -> tuple[Floats, Floats]:
-    """(steps,) simulated positions of the axis, and slopes (steps, outputs, numbers) of its log.
+    """Return positions (steps,) simulated under a command, and slopes (steps, outputs, names + 2).
 
-    A command that is shorter than the log is simulated over the length of the log, so that one
-    program serves both; the additional samples do not count.
+    The slopes are those of the residual of a log of this motion. A command shorter than the log is
+    extended to its length, so that one compiled program serves both; these samples do not count.
     """
     steps = len(command)
     still = np.zeros(max(steps, len(log.load)))
@@ -125,22 +125,22 @@ def _simulated(fit: Fit, log: Recording, command: Floats, substeps: int) -> tupl
 
 
 class Profile(NamedTuple):
-    """Deterioration of the fit while one parameter is held off its value."""
+    """How much worse the fit becomes if one parameter is set to other values."""
 
-    name: str
-    values: Floats  # (places,) rising, the fitted one in the middle
-    worse: Floats  # (places,) by which twice the logarithm of the likelihood falls
-    supposed: Floats  # (2, points) values, and the parabola there that its interval supposes
+    name: str  # of the parameter
+    values: Floats  # (points,) of the parameter, rising; the fitted value is in the middle
+    worse: Floats  # (points,) by how much twice the log likelihood falls
+    supposed: Floats  # (2, SMOOTH) values, and ``worse`` as the interval supposes it: a parabola
 
 
 def profiles(fit: Fit, known: Certainty) -> tuple[Profile, ...]:
-    """Profiles of the parameters that are known least."""
+    """Return the profiles of the ``WORST`` parameters that are known least."""
     worst = np.argsort(-digits(known.error), kind="stable")[:WORST]
     return tuple(_profile(fit, known, int(k)) for k in worst)
 
 
 def _profile(fit: Fit, known: Certainty, k: int) -> Profile:
-    """Profile of one parameter; the others start from the prediction by their slopes."""
+    """Return the profile of parameter ``k``; slopes predict where each fit of the others begins."""
     problem, error = fit.problem, np.sqrt(known.covariance[k, k])
     root = np.vstack([root_of(fit.jacobian, fit.problem.scale), np.eye(len(fit.numbers)) / VAGUE])
     others = np.arange(len(fit.numbers)) != k
@@ -157,7 +157,7 @@ def _profile(fit: Fit, known: Certainty, k: int) -> Profile:
         return alone.squares(residuals(alone, ended))
 
     def values(numbers: Floats) -> Floats:
-        """Values of the parameter in its unit, from scaled or logarithmic ``numbers``."""
+        """Return values of parameter ``k`` in its unit from its ``numbers`` (scaled or ln)."""
         return np.array([fit.free.values(np.where(others, fit.numbers, x))[k] for x in numbers])
 
     least = problem.squares(fit.residual)

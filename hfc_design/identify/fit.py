@@ -1,6 +1,6 @@
 """Fit of a machine's parameters to a recording, with the observer that gives the least residual.
 
-Many starts, of which the best are refined.
+The fit is tried from many starts (sets of parameters), and the best of these are refined.
 """
 
 import os
@@ -21,49 +21,49 @@ from hfc_design.identify.parameters import FACTOR, LOAD, OFFSETS, FreeParameters
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import DAMPED, Replay, Residual, replay
 
-#: Starts that are simulated side by side, and number of the best that are refined.
+#: Number of starts that are simulated, and number of the best starts that are refined.
 STARTS, REFINED = 100, 10
-#: Range of the starts: up to so many times the value or its inverse.
+#: Starts lie within this factor of ``near``, or within so many scales for parameters of any sign.
 AWAY = 5.0
-#: Largest number of replays of Levenberg-Marquardt for a refined start, and for the final fit;
-#: share by which the next replay must reduce the sum of squares in each.
+#: Largest number of steps of Levenberg-Marquardt when a start is refined, and in the final fit.
+#: Either ends at a step that reduces the sum of squares by less than ``LOOSE`` or ``TIGHT``.
 FEW, MANY = 15, 100
 LOOSE, TIGHT = 1e-3, 1e-8
-#: Initial and largest damping; its least weight, as a share of that of the steepest slope, which
-#: keeps barely determined numbers from diverging; largest slope, beyond which squares overflow.
+#: Initial and largest damping; least weight of a number in the damping, as a share of the largest
+#: weight, so that barely determined numbers do not diverge; slope beyond which squares overflow.
 DAMPING, MOST, WEAK, STEEP = 1e-3, 1e3, 1e-3, 1e130
-#: The scales are updated at most so many times, until none changes by this share.
+#: Most updates of the scales of the outputs; share by which a scale must change for another update.
 ROUNDS, SETTLED = 5, 0.02
 #: Number of steps in the search for the size of the load.
 PUSHED = 3
-#: Relative distance from the best up to which refined starts count as the same result.
+#: Share by which the residual of a refined start may exceed the best one and still agree with it.
 SAME = 0.01
-#: A residual below this share of the motion counts as zero: for a log without noise only rounding
+#: A residual below this share of the motion counts as zero: in a log without noise only rounding
 #: remains.
 NOTHING = 1e-6
-#: Prior standard deviation of a number about its start. So large that any information in a log
-#: outweighs it; a number without information stays at its start.
+#: Prior standard deviation of a number about its start: so large that any information in a log
+#: outweighs it. A number on which the log has no information stays at its start.
 VAGUE = float(np.log(FACTOR))
-#: Correlations of the residual are counted up to this share of the log, as by Newey and West with
-#: weights that fall to 0.
+#: Longest lag at which correlations of the residual count, as a share of the log. As by Newey and
+#: West, their weights fall to 0 there.
 CORRELATED = 0.02
-#: Bandwidths of the observer that are tried [Hz], none faster than this share of the samples and
-#: none slower than so many periods in the log, since the first three periods are left out.
+#: Bandwidths of the observer that are tried [Hz]: none above ``SHARE`` times the sampling rate, and
+#: none with fewer than ``PERIODS`` periods in the log, since up to three periods do not count.
 BANDWIDTHS, SHARE, PERIODS = (50.0, 20.0, 5.0), 0.1, 10.0
-#: Largest requested bandwidth as a share of the samples; a faster observer does not settle.
+#: Largest bandwidth that a user may request, in sampling rates; a faster observer does not settle.
 LARGEST_SHARE = 0.2
 #: A slower observer is tried if, with the parameters found so far, its residual is less than this
-#: multiple of that of the faster one.
+#: multiple of the faster observer's.
 WORTH = 3.0
-#: Residual, as a share of that of the observer alone, from which on slower observers [Hz] are
-#: tried from all starts; a soft spring is a case.
+#: If the residual exceeds this share of that of the observer without a machine, slower observers
+#: [Hz] are tried from all starts. This happens if a spring is soft, for example.
 SPOILT, SLOWER = 0.4, (5.0, 2.0)
-#: First lag of the search [samples], and least length of an accepted one in standard errors.
+#: Start value of the lag [samples]; least lag that is accepted, in standard errors.
 LAG, CLEAR = 0.5, 4.0
 
 One = TypeVar("One")
 Made = TypeVar("Made")
-#: Function that is called with a line at every step.
+#: Function that is called with a line on the progress at every step.
 Tell = Callable[[str], None]
 
 
@@ -72,21 +72,21 @@ def silent(line: str) -> None:
 
 
 class Problem(NamedTuple):
-    """A residual with the weights of its outputs; all of a kind and a length share one program."""
+    """The residual that a fit minimises; problems of one kind and length share one program."""
 
     free: FreeParameters
     residual: Residual
-    scale: Floats  # (outputs,)
-    moves: Floats  # (names + 2,) 0 where a number stays as it is, else 1
+    scale: Floats  # (outputs,) size of the residual, by which ``squares`` divides
+    moves: Floats  # (names + 2,) 1 for numbers that the fit changes, 0 for those it keeps
     bandwidth: float | None  # of the observer [Hz]; 0: open loop; None: the closed loop
 
     def off(self, numbers: Scalar) -> Scalar:
-        """(steps, outputs) residual in units of the outputs."""
+        """Return the residual (steps, outputs) in units of the outputs, recorded less simulated."""
         return self.residual(*self.free.parts(numbers))
 
     def squares(self, off: Floats) -> float:
-        """Sum of the squares of the residual ``off``, each output in its own scale."""
-        with np.errstate(over="ignore", invalid="ignore"):  # a replay may run away
+        """Return the sum of squares of a residual ``off`` (steps, outputs) divided by ``scale``."""
+        with np.errstate(over="ignore", invalid="ignore"):  # a replay may diverge
             return float(np.sum(np.square(off / self.scale)))
 
     @property
@@ -98,13 +98,13 @@ class Problem(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """Result of a fit; its numbers are those of ``free``."""
+    """Result of a fit; ``free`` gives the values that the numbers stand for."""
 
     problem: Problem
     numbers: Floats  # (names + 2,)
     residual: Floats  # (steps, outputs) recorded less simulated, 0 where it does not count
-    jacobian: Floats  # (steps, outputs, names + 2) of the residual
-    agreeing: int  # refined starts that ended with the same residual
+    jacobian: Floats  # (steps, outputs, names + 2) slopes of the residual by the numbers
+    agreeing: int  # number of refined starts that ended with the same residual
 
     @property
     def free(self) -> FreeParameters:
@@ -129,7 +129,7 @@ class Fit(NamedTuple):
 
     @property
     def late(self) -> float:
-        """Delay of the command relative to its record [samples]."""
+        """Delay of the effect of the command after its samples in the log [samples]."""
         return float(self.numbers[-2])
 
     @property
@@ -139,7 +139,7 @@ class Fit(NamedTuple):
 
 
 def rms(residual: Floats) -> Floats:
-    """(outputs,) root mean square of (steps, outputs)."""
+    """Return the root mean square (outputs,) of a residual (steps, outputs)."""
     return np.asarray(np.sqrt(np.mean(residual**2, axis=0)))
 
 
@@ -156,20 +156,20 @@ def _both(problem: Problem, numbers: Scalar) -> Scalar:
 
 
 def residuals(problem: Problem, numbers: Floats) -> Floats:
-    """``Problem.off``."""
+    """Return ``Problem.off``, computed in float64."""
     with jax.enable_x64(True):
         return np.asarray(_off(problem, numbers))
 
 
 def slopes(problem: Problem, numbers: Floats) -> tuple[Floats, Floats]:
-    """``Problem.off``, and its slopes (steps, outputs, names + 2) in the directions that move."""
+    """Return ``Problem.off`` and its slopes (steps, outputs, names + 2); 0 for numbers kept."""
     with jax.enable_x64(True):
         jacobian, off = _both(problem, numbers)
     return np.asarray(off), np.asarray(jacobian) * problem.moves
 
 
 def side_by_side(one: Callable[[One], Made], many: Iterable[One]) -> list[Made]:
-    """Results of ``one`` for each item, on all cores: a replay releases Python's lock."""
+    """Return ``one(item)`` for each item, in threads on all cores: a replay releases the GIL."""
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
         return [*pool.map(one, many)]
 
@@ -177,10 +177,10 @@ def side_by_side(one: Callable[[One], Made], many: Iterable[One]) -> list[Made]:
 def levenberg_marquardt(
     problem: Problem, numbers: Floats, enough: float, steps: int
 ) -> tuple[Floats, float]:
-    """End of Levenberg-Marquardt (names + 2,), and the squares there.
+    """Return the numbers (names + 2,) where Levenberg-Marquardt ends, and squares with the prior.
 
-    It ends when a step reduces the squares by a share of ``enough`` only, or is predicted to. The
-    damping is that of Nielsen (Damping parameter in Marquardt's method, IMM-REP-1999-05, 1999).
+    It ends after ``steps``, or if a step reduces the squares by only the share ``enough``. Damping
+    as by Nielsen (Damping parameter in Marquardt's method, IMM-REP-1999-05, 1999).
     """
     moving = np.flatnonzero(problem.moves)
     begun = np.asarray(problem.free.begun)[moving]
@@ -191,7 +191,7 @@ def levenberg_marquardt(
     (off, jacobian), damping, growth = slopes(problem, numbers), DAMPING, 2.0
     least, normal = all_of(off, numbers), np.zeros((0, 0))
     for _ in range(steps if np.abs(jacobian).max() < STEEP and np.isfinite(least) else 0):
-        if not normal.size:  # here nothing was tried yet
+        if not normal.size:  # no step from these numbers was tried yet
             rows = (jacobian / problem.scale[:, None]).reshape(-1, len(numbers))[:, moving]
             slope = rows.T @ (off / problem.scale).ravel()
             slope += VAGUE**-2 * (numbers[moving] - begun)
@@ -217,10 +217,10 @@ def levenberg_marquardt(
 
 
 def with_load_scale(problem: Problem, command: Floats | None) -> tuple[Problem, Floats]:
-    """The problem with a constant load scaled by the effect of a ``command`` (steps,).
+    """Return the problem with a scale of its constant load, and numbers (names + 2,) to start from.
 
-    The load that balances the mean of the command is close to the true one: the returned numbers
-    (names + 2,) are the start of a search.
+    The scale is the load that moves the axis as far as the rms of ``command`` (steps,) does. The
+    start is the load that balances the mean of the command, since this is close to the true load.
     """
     free, begun = problem.free, problem.free.begun
     k = next((free.names.index(x) for x in (LOAD, *sorted(OFFSETS)) if x in free.names), None)
@@ -245,9 +245,9 @@ def with_load_scale(problem: Problem, command: Floats | None) -> tuple[Problem, 
 
 
 def multistart(problem: Problem, near: Floats, seed: int) -> tuple[Floats, int]:
-    """Numbers of the best of many starts, and the count of refined starts that end like it.
+    """Return the numbers of the best refined start, and how many refined starts agree with it.
 
-    The first start is ``near``; the others are drawn around it by a Sobol sequence.
+    The first start is ``near`` (names + 2,); a Sobol sequence draws the other starts around it.
     """
     free, random = problem.free, np.random.default_rng(seed)
     drawn = 2.0 * qmc.Sobol(len(free.names), rng=random).random(128)[: STARTS - 1] - 1.0
@@ -261,7 +261,7 @@ def multistart(problem: Problem, near: Floats, seed: int) -> tuple[Floats, int]:
         return starts[0], 0
     best = starts[np.argsort(first, kind="stable")[:REFINED]]
     scale = np.sqrt(first.min() / count) * problem.scale
-    close = problem._replace(scale=scale)  # in which what began is not forgotten
+    close = problem._replace(scale=scale)  # gives the prior about ``begun`` its weight
     ended = side_by_side(lambda one: levenberg_marquardt(close, one, LOOSE, FEW), best)
     squares = np.array([least for _, least in ended]) * first.min() / count
     root = np.sqrt(squares / count)
@@ -270,7 +270,7 @@ def multistart(problem: Problem, near: Floats, seed: int) -> tuple[Floats, int]:
 
 
 def settled(problem: Problem, numbers: Floats, agreeing: int = 0, tell: Tell = silent) -> Fit:
-    """The fit that starts at ``numbers``, with each output in the scale of its residual."""
+    """Return the fit that starts at ``numbers``; the scale of an output is its rms residual."""
     tell(f"{problem.observer}: refining the best")
     scale = problem.scale
     for k in range(ROUNDS):
@@ -283,24 +283,24 @@ def settled(problem: Problem, numbers: Floats, agreeing: int = 0, tell: Tell = s
 
 
 def fitted(problem: Problem, numbers: Floats, agreeing: int = 0) -> Fit:
-    """The fit at ``numbers``, with its residual and slopes."""
+    """Return a ``Fit`` with these ``numbers``, and residual and slopes there, without fitting."""
     return Fit(problem, numbers, *slopes(problem, numbers), agreeing)
 
 
 def refitted(fit: Fit, numbers: Floats, moving: Mask) -> Fit:
-    """Fit again from ``numbers`` (names + 2,), of which only ``moving`` (names,) are changed.
+    """Return a fit from ``numbers`` (names + 2,) that changes only parameters ``moving`` (names,).
 
-    Those of ``LATE`` are changed if they were before.
+    Delay and lag (``LATE``) are changed if ``fit`` changed them.
     """
     moves = np.append(moving.astype(float), fit.problem.moves[-2:])
     return settled(fit.problem._replace(moves=moves), numbers, fit.agreeing)
 
 
 def covariance_of(fit: Fit) -> tuple[Floats, Floats]:
-    """(numbers, numbers) covariance; ratio of each number's variance to that under white noise.
+    """Return the covariance (numbers, numbers), and each variance over that for white noise.
 
-    It is computed in the slopes' singular directions: none is lost beside a far larger one, as it
-    would be in the normal matrix, and the result is a square.
+    It is computed in the singular directions of the slopes. There no slope is lost beside a far
+    larger one, as it would be in the normal matrix, and no variance becomes negative.
     """
     numbers = len(fit.numbers)
     rows = np.vstack([rows_of(fit.jacobian, fit.problem.scale), np.eye(numbers) / VAGUE])
@@ -316,12 +316,12 @@ def covariance_of(fit: Fit) -> tuple[Floats, Floats]:
 
 
 def rows_of(slopes: Floats, scale: Floats) -> Floats:
-    """(steps outputs, numbers) slopes of residuals scaled to a deviation of 1."""
+    """Return slopes (steps x outputs, numbers) of residuals that are divided by their ``scale``."""
     return np.asarray((slopes / scale[:, None]).reshape(-1, slopes.shape[-1]))
 
 
 def _correlated(residual: Floats, slopes: Floats) -> Floats:
-    """(numbers, numbers) variance of the slopes times noise correlated like the residual."""
+    """Return the covariance of slopes.T @ noise (numbers,) for noise correlated as the residual."""
     steps = len(residual)
     lags = max(int(CORRELATED * steps), 1)
     products = fftconvolve(residual, residual[::-1])[steps - 1 :] / steps
@@ -340,7 +340,7 @@ def by_starts(
     tell: Tell = silent,
     near: bool = False,
 ) -> Fit:
-    """Fit from many starts, or from one that is ``near``; with a delay except in a closed loop."""
+    """Return the fit from many starts, or if ``near`` from one; in a closed loop without delay."""
     size = np.array([max(np.std(values), 1e-300) for values in log.outputs.values()])
     late = free.sought[0] if bandwidth is not None else 0.0
     moves = np.append(np.ones(len(free.names)), [late, 0.0])
@@ -360,10 +360,10 @@ def by_command(
     tell: Tell = silent,
     near: bool = False,
 ) -> Fit:
-    """Fit under the recorded command, with the observer of the least residual.
+    """Return the fit under the recorded command, with the observer of the least residual.
 
-    ``tried`` are the ``bandwidths`` of the observers. ``near``: the machine is known to be near the
-    first start, and no others are tried.
+    ``tried`` are the ``bandwidths`` of the observers [Hz], the fastest first. ``near``: the machine
+    is known to be near the first start, so the fastest observer is not fitted from other starts.
     """
     first, *others = tried
     best = by_starts(free, log, replay(free, log, first, substeps), first, seed, tell, near)
@@ -374,9 +374,9 @@ def by_command(
         if not np.sqrt(np.mean(off[:, 0] ** 2)) < WORTH * best.rms[0]:
             break
         if best.rms[0] <= NOTHING * np.std(log.place):
-            break  # of which observer there is less is rounding
+            break  # only rounding would decide which observer has the smaller residual
         again = settled(problem, best.numbers, best.agreeing, tell)
-        if again.rms[0] < best.rms[0]:  # by the position
+        if again.rms[0] < best.rms[0]:  # of the position
             best = again
     for hz in SLOWER if others else ():
         if unexplained(best, log) > SPOILT and hz * log.duration >= PERIODS:
@@ -386,7 +386,7 @@ def by_command(
 
 
 def unexplained(fit: Fit, log: Recording) -> float:
-    """Residual of the position, relative to that of the observer without a machine."""
+    """Return the rms residual of the position over that of the observer without a machine."""
     w = 2.0 * np.pi * (fit.problem.bandwidth or 0.0) * log.sample_time
     poles = [1.0, 2.0 * DAMPED * w - 2.0, 1.0 - 2.0 * DAMPED * w + w * w]
     alone = lfilter([1.0, -2.0, 1.0], poles, log.place - log.place[0])
@@ -394,7 +394,7 @@ def unexplained(fit: Fit, log: Recording) -> float:
 
 
 def _with_lag(fit: Fit) -> Fit:
-    """The fit with part of the delay as a lag, if the log distinguishes them."""
+    """Return a fit in which part of the delay is a lag, if the log shows it; otherwise ``fit``."""
     moves = fit.problem.moves.copy()
     if not (fit.free.sought[1] and moves[-2]) or fit.lag:
         return fit
@@ -406,10 +406,10 @@ def _with_lag(fit: Fit) -> Fit:
 
 
 def bandwidths(log: Recording, wanted: float | None) -> list[float]:
-    """Bandwidths of the observers to try [Hz], the fastest first; or only the ``wanted`` one.
+    """Return the bandwidths of the observer to try [Hz], the fastest first; or only ``wanted``.
 
     Raises:
-        ValueError: the log is too short for an observer, or for this one, or too slow.
+        ValueError: the log is too short for any observer; or ``wanted`` is too low or too high.
     """
     low, share = PERIODS / log.duration, SHARE if wanted is None else LARGEST_SHARE
     high = share / log.sample_time

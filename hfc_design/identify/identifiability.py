@@ -1,22 +1,21 @@
 """Certainty of each parameter: intervals, undetermined combinations, values that are kept.
 
-The residual of a fit is coloured: errors of the model last longer than a sample. Therefore the
-covariance is the sandwich of White and of Newey and West (Econometrica 55, 1987) with the
-residual's own correlation in the middle, not the inverse of the normal matrix alone.
+The residual of a fit is not white noise: errors of the model last longer than a sample. Therefore
+the covariance is not just the inverse of the normal matrix, but the sandwich of White and of Newey
+and West (Econometrica 55, 1987), which contains the correlation of the residual.
 
-Parameters that a log does not determine are kept at their start, and the others are fitted again.
+A parameter that a log does not determine is kept at its start, and all others are fitted again.
 
-Of parameters that only matter in combination, such as a gain and everything that it drives, one is
-held: the others are determined if that one is right. Poorly known parameters are all kept at their
-start.
+Some parameters matter only in combination, such as a gain and everything that it drives. One of
+them is then *held*: fixed at its start. The others are determined if this start is right.
 
-A parameter that ends at a bound of what a machine can have is kept there: the logarithm of a
-friction that does not exist runs away; a break-away torque below the Coulomb torque is impossible.
-Intervals from slopes are not valid there.
+A parameter may end at a bound of what a machine can have. It is kept there: the logarithm of a
+friction that does not exist would fall for ever, and a break-away torque below the Coulomb torque
+is impossible. Intervals from slopes are not valid at a bound.
 
-Intervals from the residual describe the effect of chance on a correct model. An incorrect one has
-other parameters in another motion: each half of a log is fitted by itself, and a difference shows a
-deficiency of the model, or a change.
+Intervals from the residual describe the effect of chance on a correct model. An incorrect model has
+other parameters in another motion. Therefore each half of a log is also fitted by itself; if the
+halves differ, the model is deficient or the machine has changed.
 """
 
 from collections.abc import Sequence
@@ -51,44 +50,45 @@ CONFIDENCE = 0.95
 KNOWN = 0.25
 #: Relative change above which logs of this kind cannot determine a combination.
 TOGETHER = 1.0
-#: Parameters of a combination that are named: those with at least this share of the largest one.
+#: Share of the largest change in a combination above which a parameter is named as a part of it.
 NAMED = 0.2
-#: Number of bisections of the way to a bound, with the other parameters fitted again each time.
+#: Number of bisections in the search for a bound; the other parameters are fitted again in each.
 HALVED = 8
-#: A logarithm that is 0 to all digits.
+#: Logarithm of a value that is so small that it counts as 0.
 GONE = -60.0
-#: Relative widening of an interval from which it is reported, and least relative width.
+#: Relative widening of an interval above which it is reported; least width for this, relative to
+#: the value.
 WIDER, SEEN = 0.5, 1e-4
-#: Of the parameters with errors of at least this share of the largest, the last one is held.
+#: Of all parameters whose error is at least this share of the largest error, the last one is held.
 NEARLY = 0.8
-#: Attempts until the fit is acceptable: relative change of a combination above which one of its
-#: parameters is held; and whether parameters that remain undetermined are put back to their start.
+#: Attempts until a fit is acceptable: relative change of a combination above which one of its
+#: parameters is held; True if parameters that remain undetermined return to their start.
 TRIED = ((TOGETHER, True), (KNOWN, True), (TOGETHER, False))
-#: Undetermined parameters stay at their start unless the fit gets worse than chance explains with
-#: this probability.
+#: Undetermined parameters return to their start, unless the fit then becomes so much worse that
+#: chance would cause this with less than this probability.
 CHANCE = 1e-3
-#: States of a parameter: determined by the log, or not; or a remark instead of an interval;
-#: its interval is valid if the held parameters are right.
+#: States of a parameter: the log determines it, or not; its value is at a bound, or held at its
+#: start; the log determines it if the held parameters are right.
 TOLD, NOT_TOLD = "yes", "no"
 BOUND, HELD, GIVEN = "at its bound", "held", "given"
-#: A parameter that is visible only at changes of flank; least share of the log on either flank.
+#: Parameter that a log shows only if the axis changes flank; least share of the log on each flank.
 GAP, RARE = "backlash", 0.01
 HIDDEN = (
     "the backlash is not visible in this log, as a weight keeps one flank in contact; "
     "set to 0, measure it"
 )
-#: Largest number of parameters that are named as changing with one.
+#: Largest number of other parameters in the line on a combination.
 OTHERS = 3
 
 
 class Combination(NamedTuple):
-    """A direction in which the parameters may change together."""
+    """Parameters that may change together without a visible effect in the log."""
 
-    change: float  # relative, of the one that changes most, within which the log tells nothing
-    shares: dict[str, float]  # of each parameter, the largest is 1 or -1
+    change: float  # relative standard error of the parameter that changes most
+    shares: dict[str, float]  # relative change of each parameter, as a share of that one's
 
     def line(self) -> str:
-        """Description of a common change of parameters that the log does not reveal."""
+        """Return a line that describes the common change of the parameters."""
         change = percent(self.change) if self.change < 10.0 else f"a factor of {self.change:.2g}"
         (first, _), *others = sorted(self.shares.items(), key=lambda item: -abs(round(item[1], 9)))
         if not others:
@@ -99,28 +99,28 @@ class Combination(NamedTuple):
 
 
 class Certainty(NamedTuple):
-    """Certainty of each parameter of a fit, in the order of ``free``."""
+    """Certainty of each parameter of a fit; arrays (names,) are in the order of ``free.names``."""
 
     value: Floats
-    low: Floats  # ends of the interval; nan: none, the parameter is at its bound
+    low: Floats  # lower and upper end of the interval; nan if the parameter is at its bound
     high: Floats
     error: Floats  # standard error as a share of the value, see ``FreeParameters.shares``
     state: tuple[str, ...]  # ``TOLD``, ``NOT_TOLD``, ``GIVEN``, ``HELD`` or ``BOUND``
-    untold: tuple[Combination, ...]  # combinations that the log does not tell, the worst first
+    untold: tuple[Combination, ...]  # that the log does not determine, the worst first
     late: tuple[float, float]  # ends of the interval of the delay [samples]
     covariance: Floats  # (names + 2, names + 2) of the numbers
-    inflated: Floats  # (names + 2,) variance of each number over that under white noise
+    inflated: Floats  # (names + 2,) variance of each number divided by that under white noise
 
     @property
     def identifiable(self) -> Mask:
-        """(names,) True for parameters that the log determines."""
+        """(names,) True for parameters that the log determines: states ``TOLD`` and ``GIVEN``."""
         return np.isin(self.state, (TOLD, GIVEN))
 
 
 def certainty(fit: Fit, free: Mask | None = None) -> Certainty:
-    """Intervals of the parameters, and undetermined combinations.
+    """Return intervals of the parameters, and undetermined combinations.
 
-    ``free`` (names,) are those that are not taken as known; None: all of them.
+    ``free`` (names,) is False for parameters that count as known; None: no parameter does.
     """
     free = np.ones(len(fit.free.names), bool) if free is None else free
     counts = np.append(free, [True, True])
@@ -132,7 +132,7 @@ def certainty(fit: Fit, free: Mask | None = None) -> Certainty:
     low, high = (fit.free.values(fit.numbers + sign * far * error) for sign in (-1.0, 1.0))
     relative = error[:-2] * fit.free.shares(fit.numbers)
     state = _yes_or_no((relative < KNOWN) & free)
-    far_off = far * error[-2] if fit.jacobian[..., -2].any() else 0.0  # else not looked for
+    far_off = far * error[-2] if fit.jacobian[..., -2].any() else 0.0  # 0: it was not fitted
     late = fit.late - far_off, fit.late + far_off
     untold = _untold(fit, covariance[:-2, :-2])
     return Certainty(fit.values, low, high, relative, state, untold, late, covariance, inflated)
@@ -143,7 +143,7 @@ def _yes_or_no(identifiable: Mask) -> tuple[str, ...]:
 
 
 def combined(one: Certainty, other: Certainty) -> Certainty:
-    """Certainty common to both: where slopes change much, those at one place can be misleading."""
+    """Return ``other``'s values, with intervals of both joined: slopes at one point can mislead."""
     low, high = np.minimum(one.low, other.low), np.maximum(one.high, other.high)
     inside = (low <= other.value) & (other.value <= high)
     return one._replace(
@@ -156,35 +156,35 @@ def combined(one: Certainty, other: Certainty) -> Certainty:
 
 
 def unseen(fit: Fit) -> Mask:
-    """(names,) parameters that the log does not determine even if all others are known."""
+    """Return (names,) True for parameters unknown from the log even if all others are known."""
     rows = rows_of(fit.jacobian, fit.problem.scale)[:, :-2]
     alone = fit.free.shares(fit.numbers) / np.hypot(np.linalg.norm(rows, axis=0), 1.0 / VAGUE)
     return np.asarray(alone > TOGETHER)
 
 
 def root_of(slopes: Floats, scale: Floats) -> Floats:
-    """(numbers, numbers) root of the information in slopes (steps, outputs, numbers).
+    """Return a root (numbers, numbers) of the information in slopes (steps, outputs, numbers).
 
-    ``scale`` (outputs,) is the size of their residuals, which are white.
+    ``scale`` (outputs,) is the rms of the residuals, which are taken as white noise.
     """
     return np.asarray(np.linalg.qr(rows_of(slopes, scale), mode="r"))
 
 
 def errors_of(*roots: Floats) -> Floats:
-    """(numbers,) standard errors from all of these roots, and from the prior ``VAGUE``."""
+    """Return the standard errors (numbers,) from all ``roots`` together and the prior ``VAGUE``."""
     numbers = roots[0].shape[1]
     _, sizes, right = np.linalg.svd(np.vstack([*roots, np.eye(numbers) / VAGUE]))
     return np.asarray(np.linalg.norm(right.T / sizes, axis=1))
 
 
 def _untold(fit: Fit, covariance: Floats) -> tuple[Combination, ...]:
-    """Principal directions of the relative errors that are too long."""
+    """Return the principal directions of the relative errors that are longer than ``KNOWN``."""
     rising = (fit.free.positive > 0) | (fit.numbers[:-2] >= 0.0)
     shares = fit.free.shares(fit.numbers) * np.where(rising, 1.0, -1.0)
     lengths, directions = np.linalg.eigh(covariance * np.outer(shares, shares))
     combinations = []
     for length, direction in zip(np.sqrt(np.maximum(lengths, 0.0)), directions.T, strict=True):
-        most = digits(np.abs(direction)).argmax()  # of two that change alike the first
+        most = digits(np.abs(direction)).argmax()  # the first of two that change alike
         change = float(length * abs(direction[most]))
         if change < KNOWN:
             continue
@@ -194,10 +194,10 @@ def _untold(fit: Fit, covariance: Floats) -> tuple[Combination, ...]:
 
 
 def hold_untold(fit: Fit, known: Certainty) -> tuple[Fit, Certainty, str]:
-    """The fit with undetermined parameters at their start, and others at their bounds.
+    """Return the fit with undetermined parameters at their start, impossible ones at their bounds.
 
-    Also returns the certainty of each parameter in this fit, and a note for the user: "" if the log
-    determines everything.
+    Also return the certainty of each parameter in this fit, and a note for the user, which is "" if
+    the log determines everything.
     """
     fit, edge = at_bound(fit, known)
     fit, zero = at_zero(fit, known)
@@ -206,7 +206,7 @@ def hold_untold(fit: Fit, known: Certainty) -> tuple[Fit, Certainty, str]:
     if known.identifiable.all():
         return fit, known, ""
     nowhere = unseen(fit) & ~bound
-    fits = dict[bytes, Fit]()  # by what moved: several ways meet
+    fits = dict[bytes, Fit]()  # by the parameters that moved: attempts may need the same fit
     for limit, back in TRIED:
         free = _one_of_each(fit, ~bound & ~nowhere, limit)
         again, sure = _again(fit, known, free, bound, back, fits)
@@ -231,10 +231,10 @@ def hold_untold(fit: Fit, known: Certainty) -> tuple[Fit, Certainty, str]:
 def _again(
     fit: Fit, known: Certainty, free: Mask, bound: Mask, back: bool, fits: dict[bytes, Fit]
 ) -> tuple[Fit, Certainty]:
-    """Fit again with parameters that are not ``free`` at their start or at their bound.
+    """Return a new fit and its certainty; what is not ``free`` stays at its start or its bound.
 
-    ``back``: undetermined parameters are put back to their start too, as long as the machine
-    remains the same.
+    ``back``: undetermined parameters return to their start too, as long as the fit remains about
+    as good (``_same``). ``fits`` collects the fits made so far.
     """
 
     def only(moving: Mask) -> tuple[Fit, Certainty]:
@@ -245,7 +245,7 @@ def _again(
         moves = np.append(np.ones(len(moving)), again.problem.moves[-2:])
         return again, certainty(fitted(again.problem._replace(moves=moves), again.numbers), free)
 
-    again, sure = only(free)  # intervals if those that are held are right
+    again, sure = only(free)  # intervals are valid if the held parameters are right
     while back and not sure.identifiable[free].all() and _same(fit, again, known, int(free.sum())):
         again, there = only(free & sure.identifiable)
         sure, before = combined(sure, there), sure
@@ -255,20 +255,20 @@ def _again(
 
 
 def _same(fit: Fit, again: Fit, known: Certainty, untold: int) -> bool:
-    """True if the machine is still possible, and the fit is not worse than by chance.
+    """Return True if ``again`` is a possible machine, and not worse than ``fit`` but by chance.
 
-    ``untold`` parameters are at their start, in addition to the held ones, which cost nothing.
+    ``untold`` is the number of parameters that returned to their start; held ones do not count.
     """
     if fault(again.free, again.numbers):
         return False
-    least = np.maximum(fit.rms, fit.problem.scale)  # of a log without noise nothing is left
+    least = np.maximum(fit.rms, fit.problem.scale)  # without noise the residual may be 0
     worse = np.sum((again.rms**2 - fit.rms**2) / least**2) * len(fit.residual)
     limit = chi2.isf(CHANCE, max(untold, 1)) * max(known.inflated.max(), 1.0)
     return bool(worse <= limit)
 
 
 def _one_of_each(fit: Fit, free: Mask, limit: float) -> Mask:
-    """(names,) True if not held: one is held of each combination that may change by ``limit``."""
+    """Return ``free`` (names,) without one of each combination that changes by over ``limit``."""
     free, now = free.copy(), certainty(fit, free)
     while now.untold and now.untold[0].change > limit:
         near = np.flatnonzero(now.error >= NEARLY * now.error.max())
@@ -292,10 +292,10 @@ def _note(names: Sequence[str], states: tuple[str, ...], back: bool) -> str:
 
 
 def at_bound(fit: Fit, known: Certainty) -> tuple[Fit, Mask]:
-    """The fit with physically possible values, and (names,) the parameters moved to a bound for it.
+    """Return the fit with possible values, and (names,) True for a parameter moved to its bound.
 
-    This is the least certain parameter that can be the cause. If no single parameter is the cause,
-    the fit is returned as it is, still impossible.
+    This is the least certain parameter that alone makes the values impossible. If no single one
+    does, the fit is returned as it is, still impossible.
     """
     bound = np.zeros(len(known.error), bool)
 
@@ -322,9 +322,9 @@ def at_bound(fit: Fit, known: Certainty) -> tuple[Fit, Mask]:
 
 
 def at_zero(fit: Fit, known: Certainty) -> tuple[Fit, Mask]:
-    """The fit with 0 for parameters that have come close to a possible 0; (names,) which these are.
+    """Return the fit with parameters near 0 at 0, if 0 is possible; and (names,) True for these.
 
-    So close that the logarithm has no effect: it would run away for ever.
+    They are so small that they have no effect: their logarithms would fall for ever.
     """
     free, numbers = fit.free, fit.numbers.copy()
     near = (free.positive > 0) & (numbers[:-2] < -VAGUE) & ~known.identifiable
@@ -336,16 +336,16 @@ def at_zero(fit: Fit, known: Certainty) -> tuple[Fit, Mask]:
 
 
 def fault(free: FreeParameters, numbers: Floats, **changes: float) -> str | None:
-    """Reason why no machine has these parameters; None: they are possible."""
+    """Return why no machine has these parameters, after ``changes``; None: they are possible."""
     fitted = dict(zip(free.names, map(float, free.values(numbers)), strict=True))
     values = free.starts | fitted | changes
     return free.drive.fault({name: values[name] for name in free.start._fields})
 
 
 def widened_by_halves(fit: Fit, known: Certainty) -> tuple[Certainty, str]:
-    """Certainty with intervals widened to include the fit of either half of the log; a note.
+    """Return the certainty with intervals that include the fits of both halves; and a note or "".
 
-    A half that does not determine a parameter does not affect its interval.
+    A half of the log that does not determine a parameter does not affect its interval.
     """
     replay, identifiable = fit.problem.residual, known.identifiable
     if not isinstance(replay, Replay) or not identifiable.any():
@@ -377,7 +377,7 @@ def widened_by_halves(fit: Fit, known: Certainty) -> tuple[Certainty, str]:
 def unseen_backlash(
     fit: Fit, known: Certainty, log: Recording, substeps: int
 ) -> tuple[Certainty, str]:
-    """Certainty without a backlash that the log never crosses from flank to flank, and a line."""
+    """Return the certainty, with backlash 0 if the log never changes flank; and a line or ""."""
     position, here = fit.free.drive.seen[0], np.array(fit.free.names) == GAP
     others = [name for name in fit.free.drive.encoders if name != position]
     if not here.any() or fit.problem.bandwidth is None or not others:

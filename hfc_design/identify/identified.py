@@ -1,4 +1,4 @@
-"""Identification of a machine from its logs: the result, and the evidence against it."""
+"""Identification of a machine from its logs: the result, and what makes it doubtful."""
 
 from collections.abc import Iterator, Sequence
 
@@ -34,22 +34,22 @@ from hfc_design.identify.request import Task, parameters_of
 from hfc_design.identify.response import response
 from hfc_design.identify.result import Identified
 
-#: Share of the motion above which a residual means a failed replay.
+#: Residual (rms) as a share of the motion (standard deviation) above which the result is useless.
 LOST = 0.2
-#: A second log with so many times the residual of the first is of another machine.
+#: A log with a residual of more than so many times that of the first may be of another machine.
 STRANGE = 4.0
-#: Share of a log with a saturated command above which the model is of another drive.
+#: Share of the commands beyond the limits of the drive above which the model is useless.
 CLIPPED = 0.1
-#: A log may list commands so many samples late; more is an error of the model.
+#: A log may list a command up to so many samples after it acts; more is an error of the model.
 SHIFTED = 2.0
 
 
 def identify(task: Task, logs: dict[str, Recording], tell: Tell = silent) -> Identified:
-    """Identify the machine of ``task`` from the first of ``logs``; the others check the result.
+    """Identify the machine of ``task`` from the first of ``logs``; the other logs check the result.
 
     Raises:
-        UserError: a parameter is unknown, a signal for the replay of a log is missing, or no replay
-            of it stays finite.
+        UserError: a parameter is unknown, a log lacks a signal or is too short for an observer, no
+            replay of the first log stays finite, or only impossible parameters fit it.
     """
     (name, log), *_ = logs.items()
     wanted, substeps = parameters_of(task), task.scenario.simulation.substeps
@@ -100,7 +100,7 @@ def _fit(task: Task, wanted: FreeParameters, name: str, log: Recording, tell: Te
 
 
 def check_slopes(fit: Fit) -> None:
-    """ValueError: the result of the fit is not finite and therefore useless."""
+    """Check that residual and slopes of a fit are finite; ValueError: they are not."""
     if not np.isfinite(fit.rms).all():
         raise ValueError("found no parameters with which the replay stays finite")
     lost = np.flatnonzero(~np.isfinite(fit.jacobian).all(axis=(0, 1)))
@@ -113,7 +113,7 @@ def check_slopes(fit: Fit) -> None:
 
 
 def checked(task: Task, fit: Fit, logs: dict[str, Recording]) -> tuple[Check, ...]:
-    """Replays of every log in every possible way."""
+    """Return every possible replay of each log: under its command, and in closed loop."""
 
     def ways(log: Recording) -> Iterator[tuple[str, Residual]]:
         if log.command is not None and fit.problem.bandwidth is not None:
@@ -132,9 +132,9 @@ def checked(task: Task, fit: Fit, logs: dict[str, Recording]) -> tuple[Check, ..
 
 
 def warnings_of(name: str, fit: Fit, known: Certainty, log: Recording, pushed: bool) -> list[str]:
-    """Warnings that a user has to know before using the parameters.
+    """Return what a user must know before using the parameters, a line each.
 
-    ``pushed``: other axes act on this one.
+    ``pushed``: other axes of the machine act on this axis.
     """
     notes = list[str]()
     share = float(fit.rms[0] / max(np.std(log.place), 1e-300))
@@ -172,7 +172,7 @@ def warnings_of(name: str, fit: Fit, known: Certainty, log: Recording, pushed: b
 
 
 def saturation_warning(fit: Fit, command: Floats) -> list[str]:
-    """Warning if the drive does not take all of a recorded command."""
+    """Return a warning if recorded commands are beyond the limits of the drive, else []."""
     drive = fit.free.drive
     low, high = drive.largest_commands(fit.free.parts(fit.numbers)[0])
     share = float(np.mean((command < low) | (command > high)))
@@ -187,7 +187,7 @@ def saturation_warning(fit: Fit, command: Floats) -> list[str]:
 
 
 def mismatched_logs(checks: Sequence[Check], logs: dict[str, Recording]) -> list[str]:
-    """Warnings on logs that are not of the machine identified from the first one."""
+    """Return warnings on logs that seem not to be of the machine identified from the first log."""
     first = {check.how: check for check in checks if check.log == next(iter(logs))}
     notes = []
     for check in checks:

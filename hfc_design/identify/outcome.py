@@ -35,19 +35,19 @@ NOTHING = (
 
 
 class Check(NamedTuple):
-    """Replay of a log with the identified parameters, and with those of the start."""
+    """Replay of a log with the identified parameters, and with the start parameters."""
 
     log: str
     how: str  # under the recorded command, or in closed loop
-    before: float  # rms residual with the parameters of the start [unit of the position]
-    after: float
-    residual: Floats  # (steps,) recorded less simulated
+    before: float  # rms residual with the start parameters [unit of the position]
+    after: float  # rms residual with the identified parameters [unit of the position]
+    residual: Floats  # (steps,) recorded less simulated position, identified parameters
 
 
 class Outcome(NamedTuple):
-    """Result of an identification, and the evidence against it."""
+    """Result of an identification, with its checks and doubts."""
 
-    log: str  # its name
+    log: str  # name of the log that was fitted
     task: Task
     fit: Fit
     known: Certainty
@@ -60,7 +60,7 @@ class Outcome(NamedTuple):
 
     @property
     def axis(self) -> Axis:
-        """The axis of the machine, as at the start of the fit."""
+        """The identified axis of the machine, with the parameters at the start of the fit."""
         return self.task.drive_axis
 
     @property
@@ -70,16 +70,16 @@ class Outcome(NamedTuple):
 
     @property
     def position_unit(self) -> str:
-        """Unit of the residual of the position."""
+        """Unit of the position, and of its residual."""
         return self.free.drive.units["error"]
 
     def readable(self, position: float) -> str:
-        """A position in a unit that suits its size."""
+        """Return a position as a text, in a unit that suits its size."""
         factor, unit = readable(self.position_unit, position)
         return f"{factor * position:.3g} {unit}"
 
     def tables(self) -> list[Table]:
-        """Return the parameters with their intervals, and the residual of each replay."""
+        """Return two tables: parameters with their intervals, and the residual of each replay."""
         known, free = self.known, self.free
         columns = known.value, known.low, known.high, known.error, known.state
         rows = [
@@ -101,7 +101,7 @@ class Outcome(NamedTuple):
         ]
 
     def interval_line(self) -> str:
-        """Meaning of the ends of the intervals."""
+        """Return a line that explains the ends of the intervals."""
         share = f"{100 * CONFIDENCE:g} %"
         line = f"from and to are the ends of the {share} interval, if the model is correct"
         states = zip(self.free.names, self.known.state, strict=True)
@@ -113,7 +113,7 @@ class Outcome(NamedTuple):
         )
 
     def untold_lines(self) -> list[str]:
-        """Parameters that the log does not determine, in words."""
+        """Return lines on combinations of parameters that the log does not determine."""
         lines = [one.line() for one in self.known.untold[:COMBINATIONS]]
         if (more := len(self.known.untold) - COMBINATIONS) > 0:
             lines.append(f"and {more} more such combinations: identify fewer parameters")
@@ -122,7 +122,7 @@ class Outcome(NamedTuple):
         return lines
 
     def advice_line(self) -> str:
-        """Advice on what to record next; "" if there is none."""
+        """Return a line on what to record next; "" if there is no advice."""
         one, units = self.advice, self.free.drive.units
         if one is None:
             return "" if self.known.identifiable.all() else NOTHING
@@ -137,7 +137,7 @@ class Outcome(NamedTuple):
         )
 
     def verdict(self) -> str:
-        """Result in a sentence."""
+        """Return the result in a sentence."""
         identifiable, check = self.known.identifiable, self.checks[0]
         return (
             f"the log determines {sum(identifiable) or 'none'} of {len(identifiable)} parameters; "
@@ -146,7 +146,7 @@ class Outcome(NamedTuple):
         )
 
     def agreeing_line(self) -> str:
-        """Agreement of the starts."""
+        """Return a line that says how many starts reached the same residual."""
         return (
             f"{self.fit.agreeing} of the ten best of a hundred starts reach the same "
             f"residual; replayed with: {self.fit.how}"

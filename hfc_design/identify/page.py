@@ -25,19 +25,19 @@ from hfc_design.report import REPORT, Page, rendered
 
 #: Least number of parts averaged for a spectrum, and most samples of a part.
 PARTS, SEGMENT = 4, 8192
-#: Part of the log around the largest residual as a share, and least number of samples of it.
+#: Samples shown on each side of the largest residual: share of the log, and least number.
 NEAR, FEW = 0.01, 25
-#: Relative change below which a curve is invisible on an axis that includes its value.
+#: Relative width of a profile below which an axis cannot show it.
 SEEN = 1e-5
 
 
 def write(result: Identified, path: Path, command: str) -> None:
-    """Write the folder: page, numbers, and the scenario for a search.
+    """Write the folder of a result: page, numbers, and the scenario for a search.
 
-    ``command`` is the command that produced the page, as shown on it.
+    ``command`` is the command line that produced the result; the page shows it.
 
     Raises:
-        UserError, RunError: it cannot be written, or a scenario cannot represent the result.
+        UserError, RunError: no valid scenario can hold the result, or the folder cannot be written.
     """
     texts = {
         "scenario.toml": scenario_text(result).encode(),
@@ -51,7 +51,7 @@ def write(result: Identified, path: Path, command: str) -> None:
 
 
 def page(result: Identified, command: str) -> Page:
-    """The page as a self-contained file."""
+    """Return the page of a result as a self-contained HTML file."""
     parameters, checks = result.tables()
     doubts = [note for note in result.notes if note.startswith(("DOUBTFUL", "NOT USABLE"))]
     return rendered(
@@ -79,12 +79,12 @@ def page(result: Identified, command: str) -> Page:
 
 
 def counted(residual: Floats) -> Floats:
-    """(steps,) residual of a replay; nan while an observer settles and it does not count."""
+    """Return a residual (steps,) with nan for the zeros at its start, where it does not count."""
     return np.where(np.cumsum(residual != 0) > 0, residual, np.nan)
 
 
 def replayed(result: Identified) -> Figure:
-    """The recorded motion beside the replayed one, its command, and the residual."""
+    """Return a figure of recorded and replayed positions, the command, and the residual."""
     log, unit = result.recording, result.position_unit
     time, panels = _time(result), 2 + (log.command is not None)
     figure = framed(0.6 + 1.75 * panels, top=0.35)
@@ -104,14 +104,14 @@ def replayed(result: Identified) -> Figure:
 
 
 def closely(result: Identified) -> Figure:
-    """All samples of these curves around the largest residual."""
+    """Return a figure of positions and residual around the largest residual, with all samples."""
     off, unit = result.checks[0].residual, result.position_unit
     worst, width = int(np.abs(off).argmax()), max(int(NEAR * len(off)), FEW)
     near = slice(max(worst - width, 0), worst + width + 1)
     time = _time(result)[near]
     place, replay = result.recording.place[near], (result.recording.place - off)[near]
     middle = time - time.mean()
-    cubic = np.polyval(np.polyfit(middle, place, 3), middle)  # beside it a small error is seen
+    cubic = np.polyval(np.polyfit(middle, place, 3), middle)  # without it small errors are visible
     factor, small = readable(unit, float(np.abs(place - cubic).max()))
     figure = framed(4.1, top=0.35)
     upper, lower = figure.subplots(2, sharex=True)
@@ -125,7 +125,7 @@ def closely(result: Identified) -> Figure:
 
 
 def checked(result: Identified) -> Figure | None:
-    """Residuals of each other log and each other way of replay; None if there is none."""
+    """Return a figure of the residuals of all checks but the first; None if there are no others."""
     _, *checks = result.checks
     if not checks:
         return None
@@ -138,7 +138,7 @@ def checked(result: Identified) -> Figure | None:
 
 
 def spectrum(result: Identified) -> Figure:
-    """Spectrum of the residual."""
+    """Return a figure with the spectra of the residuals of the first four checks."""
     figure = framed(2.8 + 0.2 * len(result.checks), top=0.2 + 0.2 * len(result.checks))
     axes = figure.subplots()
     unit, every = result.position_unit, result.recording.sample_time
@@ -155,7 +155,7 @@ def spectrum(result: Identified) -> Figure:
 
 
 def response(result: Identified) -> Figure | None:
-    """Responses of the log and the model to the command, and their coherence."""
+    """Return a figure of the responses of log and model, and the coherence; None: no response."""
     answer = result.response
     if answer is None:
         return None
@@ -176,9 +176,9 @@ def response(result: Identified) -> Figure | None:
 
 
 def profiled(profile: Profile, unit: str) -> Figure | None:
-    """Deterioration of the fit while one parameter is held off its value.
+    """Return a figure that shows how much worse the fit is at other values of one parameter.
 
-    None if the curve is too narrow for an axis.
+    None if the range of values is too narrow for an axis.
     """
     values = profile.values
     if np.ptp(values) <= SEEN * np.abs(values).max():
@@ -203,15 +203,15 @@ def profiled(profile: Profile, unit: str) -> Figure | None:
 def _draw_off(
     axes: Axes, result: Identified, residual: Floats, x: str, part: slice = slice(None)
 ) -> float:
-    """A panel of recorded less replayed position; returns the factor to its unit."""
+    """Draw recorded less replayed position; return the factor to the unit of its axis."""
     factor, unit = readable(result.position_unit, float(np.abs(residual).max()))
     time = result.recording.sample_time * np.arange(len(residual), dtype=float)
     axes.plot(*thinned(time[part], factor * counted(residual)[part]), color=OTHER, lw=0.8)
-    axes.set_xlim(time[part][0], time[part][-1])  # also where the replay begins to count later
+    axes.set_xlim(time[part][0], time[part][-1])  # includes the start, which may not count
     finish(axes, f"off by [{unit}]", x)
     return factor
 
 
 def _time(result: Identified) -> Floats:
-    """(steps,) time of the log [s]."""
+    """Return the time (steps,) of the samples of the log [s]."""
     return result.recording.sample_time * np.arange(len(result.recording.place), dtype=float)

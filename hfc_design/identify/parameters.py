@@ -1,4 +1,4 @@
-"""Parameters of a machine that are identified, as the numbers that a fit changes."""
+"""Parameters of a machine that are identified, and the numbers by which a fit changes them."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -13,47 +13,47 @@ from hfc_design.core.records import either
 from hfc_design.core.wording import one_of
 from plants import Drive
 
-#: Largest factor between an undetermined parameter and its start.
+#: Factor between a parameter and its start that counts as one standard deviation before the fit.
 FACTOR = 30.0
-#: Factors that show a wrong unit: mm or um for m, rev/min, degrees. Other factors show nothing: a
-#: fit may start with the values of a very different machine.
+#: Logarithms of factors that suggest a wrong unit: mm or um for m, rev/min, degrees. Other factors
+#: show nothing: a fit may start with the values of a very different machine.
 UNITS = np.log([1e3, 1e6, 60.0, 57.3])
 #: Scale of a parameter of either sign that starts at 0 [its unit].
 SMALL = 0.1
-#: A constant load beside the parameters; and parameters of some drives that are such a load.
+#: Name of a constant load that is not a parameter; parameters of some drives that act like it.
 LOAD, OFFSETS = "load", frozenset({"offset", "unbalance", "gravity", "bias"})
-#: Numbers after those of the names: total delay of the command in samples, and the part of it
-#: that is a first-order lag, of either sign.
+#: The last two numbers of a fit, after those of the parameters: total delay of the command, and the
+#: part of it that is a first-order lag (its sign has no meaning), both in samples.
 LATE = ("delay_samples", "lag_s")
 
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True, eq=False)
 class FreeParameters:
-    """The parameters that are identified, and the ``LOAD``.
+    """Parameters that are identified, which may include ``LOAD``, and numbers that stand for them.
 
-    Their numbers are logarithms for parameters of known sign, and shares of their scales otherwise;
-    those of ``LATE`` follow. Names are compiled in, values are not.
+    The number of a parameter that must be positive is ln(value / scale), of another value / scale.
+    Two numbers for ``LATE`` follow. A compiled program depends on the names, not on the values.
     """
 
     drive: Drive = field(metadata={"static": True})
     names: tuple[str, ...] = field(metadata={"static": True})
-    start: Parameters  # everything, numbers
-    load: Floats  # () where it begins
-    scale: Floats  # (names,) size of each, in its unit
-    positive: Floats  # (names,) 1 where it is more than zero, whatever it is
-    begun: Floats  # (names + 2,) the numbers of the start
-    sought: Floats  # (2,) 1 where one of ``LATE`` may be looked for, 0 where it is known
+    start: Parameters  # record of all parameters of the drive at the start
+    load: Floats  # () constant load at the start
+    scale: Floats  # (names,) size of each parameter, in its unit
+    positive: Floats  # (names,) 1 for a parameter that must be positive, else 0
+    begun: Floats  # (names + 2,) numbers at the start
+    sought: Floats  # (2,) 1 if this one of ``LATE`` may be fitted, 0 if it is known
 
     def values(self, numbers: Scalar, xp: Any = np) -> Scalar:
-        """Values (names,) in units of the drive; traced ``numbers`` need ``xp=jnp``."""
+        """Return the values (names,) of ``numbers`` in units of the drive; ``xp=jnp`` if traced."""
         numbers = numbers[:-2]
         with np.errstate(over="ignore"):
             size = xp.where(self.positive > 0, xp.exp(numbers), numbers)
             return self.scale * size
 
     def parts(self, numbers: Scalar) -> tuple[Parameters, Scalar, Scalar, Scalar]:
-        """The record with ``numbers`` (names + 2,), delay, lag and load; also if traced."""
+        """Return what ``numbers`` (names + 2,) stand for: parameters, delay, lag and load."""
         values = self.values(numbers, jnp)
         changes = {name: values[k] for k, name in enumerate(self.names)}
         known = LOAD in self.start._fields
@@ -66,28 +66,28 @@ class FreeParameters:
         return {LOAD: float(self.load)} | {k: float(x) for k, x in self.start._asdict().items()}
 
     def unit(self, name: str) -> str:
-        """Unit of a parameter; "" if the drive does not define it."""
+        """Return the unit of a parameter; "" if the drive does not define it."""
         default = self.drive.units["load"] if name == LOAD else ""
         return self.drive.parameter_units.get(name, default)
 
     def shares(self, numbers: Floats) -> Floats:
-        """(names,) relative change of each value with its number.
+        """Return (names,) the relative change of each value per change of its number.
 
-        For a parameter of either sign that ended near 0, relative to its start.
+        For a parameter of either sign that is smaller than its scale, it is relative to the scale.
         """
         return np.where(self.positive > 0, 1.0, 1.0 / np.maximum(np.abs(numbers[:-2]), 1.0))
 
     def rest(self) -> str:
-        """Line on the parameters that are taken as they are; "" if there are none."""
+        """Return a line on the parameters that are not identified; "" if there are none."""
         nominal = {LOAD: 0.0} | self.drive.parameters()._asdict()
-        usual = {LOAD, *self.drive.exact}  # not worth a word where they are as they always are
+        usual = {LOAD, *self.drive.exact}  # mentioned only if they differ from the nominal drive
         left = {k: x for k, x in self.starts.items() if k not in self.names}
         left = {k: x for k, x in left.items() if k not in usual or x != nominal[k]}
         hint = "; set plant.parameters.NAME if you know the value"
         return f"not identified: {self._listed(left)}{hint}" if left else ""
 
     def wanted(self) -> str:
-        """Line on the identified parameters with their start values."""
+        """Return a line on the parameters to identify, with their start values."""
         values = self._listed({x: self.starts[x] for x in self.names})
         line = f"to identify, with start values: {values}"
         for name, samples, open_ in zip(LATE, self.begun[-2:], self.sought, strict=True):
@@ -102,7 +102,7 @@ class FreeParameters:
         )
 
     def away(self, numbers: Floats) -> dict[str, float]:
-        """Factors between parameters and their starts, of those that wrong units may explain."""
+        """Return value / start of positive parameters, where it looks like a factor of a unit."""
         rows = zip(self.names, self.values(numbers), self.positive, strict=True)
         factors = {name: float(x) / self.starts[name] for name, x, positive in rows if positive}
         return {
@@ -117,18 +117,18 @@ def free_parameters(
     known: Collection[str] = (),
     around: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> FreeParameters:
-    """The parameters ``names`` of a drive, which may include ``LOAD``.
+    """Return the parameters of a drive that are to be identified.
 
     Args:
         drive: drive of the parameters.
-        changes: values to start from.
-        names: None: all that are neither exact nor 0 nor ``known``, and the load of a drive
-            without one of ``OFFSETS`` among them.
-        known: parameters that are kept, which may include those of ``LATE``.
-        around: the load [its unit], delay and lag [samples] to start from.
+        changes: start values that differ from the nominal drive.
+        names: parameters to identify, perhaps ``LOAD`` too; None: all that are not exact, 0 or
+            ``known``, and ``LOAD`` unless one of ``OFFSETS`` is identified or known.
+        known: parameters that keep their value, perhaps ``LOAD`` and those of ``LATE`` too.
+        around: load [unit of the drive], total delay and lag [samples] to start from.
 
     Raises:
-        ValueError: a parameter is unknown, or has no value to start from.
+        ValueError: a parameter is unknown or has no value to start from, or none is left.
     """
     parameters = drive.parameters._fields
     if unknown := [x for x in (*changes, *(names or ())) if x not in (*parameters, LOAD)]:

@@ -16,10 +16,10 @@ from hfc_design.logs.reading import read_log
 from hfc_design.logs.signals import EvenLog, signals
 from plants import Drive
 
-#: The velocity at the start is that of a cubic through so many samples, or 0 unless it is so many
-#: standard errors large.
+#: The velocity at the start is the slope of a cubic through so many samples; it counts as 0 if it
+#: is below so many standard errors.
 BEGINNING, CLEAR = 20, 4.0
-#: Folders of the system for pipes into a program.
+#: Folders of the system in which pipes into a program have their names.
 PIPES = "/dev/", "/proc/"
 
 
@@ -31,18 +31,18 @@ class Source(NamedTuple):
 
 
 class Recording(NamedTuple):
-    """Signals of one axis, (steps,) each, in units of its drive."""
+    """Recorded signals of one axis, arrays (steps,) in units of its drive."""
 
-    outputs: dict[str, Floats]  # what was measured; the first is the position that is fed back
+    outputs: dict[str, Floats]  # measured signals; the first is the position that is fed back
     command: Floats | None  # None: not recorded
-    reference: Floats | None
+    reference: Floats | None  # None: not recorded
     load: Floats
-    added: Floats  # to the command of the controller, and within the recorded one
+    added: Floats  # signal added to the command of the controller; the recorded command has it
     usable: Floats  # 1 where the outputs count, else 0
     sample_time: float  # [s]
-    rate: float  # of the position at the start
+    rate: float  # velocity at the start [unit of the position per s]
     notes: tuple[str, ...] = ()
-    step: float | None = None  # of the encoder of the position, where it is seen
+    step: float | None = None  # of the position's encoder, if the log shows it
 
     @property
     def place(self) -> Floats:
@@ -56,7 +56,7 @@ class Recording(NamedTuple):
 
 
 def recording(log: EvenLog, drive: Drive) -> Recording:
-    """The recording from signals of a ``drive``: its position, and other measured outputs."""
+    """Return the recording of a ``drive`` from its evenly sampled signals."""
     position, values = drive.seen[0], log.values
     place = values[position]
     time = log.sample_time * np.arange(len(place[:BEGINNING]))
@@ -82,7 +82,7 @@ def recording(log: EvenLog, drive: Drive) -> Recording:
 
 
 def log_name(log: Path) -> str:
-    """Name of a log; a pipe has a generic one, a file behind it has its own."""
+    """Return the file name of a log; for a pipe that of the file behind it, or "log"."""
     if not os.path.abspath(log).startswith(PIPES):
         return log.name
     behind = Path(os.path.realpath(log))
@@ -92,10 +92,10 @@ def log_name(log: Path) -> str:
 def sources(
     task: Task, log: Path, columns: Sequence[str], check_log: Path | None, others: Sequence[str]
 ) -> dict[str, Source]:
-    """The logs by their names, with the user's assignments of columns.
+    """Return the logs by name; for ``check_log``, ``others`` override assignments in ``columns``.
 
     Raises:
-        UserError: an assignment is not valid, or does not fit the drive.
+        UserError: an assignment of columns is not valid, or does not fit the drive.
     """
     drive = task.drive_axis.drive
     if others and check_log is None:
@@ -117,10 +117,10 @@ def sources(
 def recordings(
     task: Task, logs: dict[str, Source], sample_time: float | None
 ) -> tuple[Task, dict[str, Recording]]:
-    """The task with the cycle and the substeps that the logs need, and the recordings.
+    """Return the task with the sample time and substeps that the logs need, and the recordings.
 
     Raises:
-        UserError: a log cannot be read or lacks a signal; the message names the log and the reason.
+        UserError: a log cannot be read, lacks a signal, or has another sample time than the first.
     """
     recorded, axis, simulation = dict[str, Recording](), task.drive_axis, task.scenario.simulation
     for name, source in logs.items():
@@ -134,7 +134,7 @@ def recordings(
             raise UserError(
                 f"{name}: must be sampled every {every:g} s (got {log.sample_time:g} s)"
             )
-    # The largest speed over ten samples: noise is none.
+    # The largest mean speed over ten samples, in which noise hardly counts.
     moves = (abs(log.place[10:] - log.place[:-10]).max() for log in recorded.values())
     speed, substeps = float(max(moves)) / (10 * every), simulation.substeps
     while axis.drive.fastest(axis.parameters, every / substeps) < speed and substeps < 1000:

@@ -1,14 +1,13 @@
-"""Simulation of a plant under the recorded command, held near the recorded motion.
+"""Replay of a log: simulation of a plant under the recorded command, near the recorded motion.
 
 In open loop all errors of the model accumulate, and after some seconds the simulated axis is far
-off. Therefore the replay is an observer: in each sample its positions and velocities are corrected
-by a share of the deviation from the recorded position, as for a rigid body. The residual shows what
-the model lacks, at frequencies above the observer's; with a fast observer it is the residual of
-least squares on the inverse dynamics, with a filter of the same bandwidth (Gautier, Janot and
-Vandanjon, IEEE Trans. Control Systems Technology 21, 2013). Without an observer it is the plain
-open loop.
+from the recorded one. Therefore the replay is an observer: in each sample it corrects the simulated
+positions and velocities by a share of the deviation from the recorded position, as for a rigid
+body. The residual shows what the model lacks at frequencies above the bandwidth of the observer.
+With a fast observer it is the residual of least squares on the inverse dynamics, with a filter of
+the same bandwidth (Gautier, Janot and Vandanjon, IEEE Trans. Control Systems Technology 21, 2013).
 
-The closed loop that recorded a log is replayed under the recorded reference and load.
+The closed loop in which a log was recorded is replayed under the recorded reference and load.
 """
 
 from collections.abc import Callable, Collection, Iterable
@@ -37,23 +36,23 @@ from plants import Drive
 SHORTEST = 1e-3
 #: Damping ratio of the observer.
 DAMPED = 0.7
-#: Periods of its bandwidth after which its residual counts: if the axis began at rest only noise
-#: has to decay, otherwise exp(-2 pi 0.7 x 3) = 2e-6 of the initial error is left.
+#: Periods of the observer's bandwidth after which the residual counts, for an axis that starts at
+#: rest (only noise must decay) or in motion (exp(-2 pi 0.7 x 3) = 2e-6 of the error is left).
 RESTED, FORGOTTEN = 1.0, 3.0
-#: Parameters of one machine, delay of its command in samples, part of the delay that is a lag,
-#: and a constant load -> residual of each recorded output (steps, outputs).
-#: JAX takes it as an argument: the recording is data.
+#: Function (parameters of one machine, delay of its command [samples], part of the delay that is a
+#: lag [samples], constant load) -> residual (steps, outputs) of the recorded outputs. As a pytree
+#: of JAX it is data: the recording in it is an input of compiled programs.
 Residual: TypeAlias = Callable[..., Scalar]
-#: Rate of each angle of a drive, and its travel for a travel of the axis of 1.
+#: For each angle of a drive: name, (name of its rate, its travel per unit of travel of the axis).
 Body: TypeAlias = tuple[tuple[str, tuple[str, float]], ...]
 
 
 class Rows(NamedTuple):
-    """A recording, (steps, ...) each; inside the loop the values of one sample."""
+    """Recorded signals, arrays (steps, ...); inside the loop the values of one sample."""
 
     command: Scalar
     place: Scalar
-    loads: Scalar  # (2 substeps + 1,) in each sample, see ``load_between``
+    loads: Scalar  # 2 substeps + 1 in each sample, see ``load_between``
     outputs: Scalar
     usable: Scalar
 
@@ -61,28 +60,28 @@ class Rows(NamedTuple):
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True, eq=False)
 class Replay:
-    """A ``Residual``; recordings of a length share one program, for any observer."""
+    """A ``Residual`` under the recorded command; logs of one length share one compiled program."""
 
     drive: Drive = field(metadata={"static": True})
     body: Body = field(metadata={"static": True})
     names: tuple[str, ...] = field(metadata={"static": True})  # of the outputs
     substeps: int = field(metadata={"static": True})
-    rows: Rows  # leaves (steps,), outputs (steps, outputs)
-    begun: tuple[Scalar, Scalar]  # place and rate of the axis before the first sample
+    rows: Rows  # the recording
+    begun: tuple[Scalar, Scalar]  # position and velocity of the axis before the first sample
     sample_time: Scalar  # [s]
-    gains: tuple[Scalar, Scalar]  # of the observer, for the place and for the rate [1/s]
+    gains: tuple[Scalar, Scalar]  # of the observer, for the position [1], the velocity [1/s]
     unknown: Scalar  # (outputs,) see ``centred``
 
     def __call__(
         self, parameters: Parameters, late: Scalar, lag: Scalar = 0.0, load: Scalar = 0.0
     ) -> Scalar:
-        """(steps, outputs) recorded less simulated, 0 where it does not count."""
+        """Return outputs (steps, outputs), recorded less simulated; 0 where they do not count."""
         drive, step = self.drive, self.sample_time / self.substeps
         fixed = drive.coefficients(parameters)
 
         time = jnp.maximum(lag, SHORTEST)
         left = jnp.where(lag > SHORTEST, jnp.exp(-1.0 / time), 0.0)
-        share = jnp.where(lag > SHORTEST, time * (1.0 - left), 0.0)  # of a sample, in the mean
+        share = jnp.where(lag > SHORTEST, time * (1.0 - left), 0.0)  # mean of it in a sample
 
         def sample(before: tuple[State, Scalar], row: Rows) -> tuple[tuple[State, Scalar], Scalar]:
             state, current = before
@@ -103,10 +102,10 @@ class Replay:
 
 
 def replay(free: FreeParameters, log: Recording, bandwidth: float, substeps: int) -> Replay:
-    """The residual of a machine against the recording, where it counts.
+    """Return the residual of a machine under the recorded command.
 
     Args:
-        free: parameters of the replayed drive; gears are known from their start.
+        free: parameters of the replayed drive; ratios of gears are taken from their start.
         log: recording with commands, loads and positions.
         bandwidth: bandwidth of the observer [Hz]; 0: open loop.
         substeps: integration steps in a sample.
@@ -114,7 +113,7 @@ def replay(free: FreeParameters, log: Recording, bandwidth: float, substeps: int
     assert log.command is not None
     drive, every = free.drive, log.sample_time
     body, angular = rigid_body(drive, free.start), 2.0 * np.pi * bandwidth
-    # An observer finds out how the log began; when it has forgotten what it took it for, it counts.
+    # An observer starts in a state that may be wrong; its residual counts when this is forgotten.
     periods = bandwidth * every * np.arange(len(log.usable)) * (1.0 + SAME)
     waits = FORGOTTEN if log.rate else RESTED
     counted = np.where(periods < waits, 0.0, log.usable) if bandwidth else log.usable
@@ -133,29 +132,29 @@ def replay(free: FreeParameters, log: Recording, bandwidth: float, substeps: int
 
 
 def stacked(log: Recording) -> Floats:
-    """(steps, outputs) measured outputs."""
+    """Return the measured outputs (steps, outputs)."""
     return np.stack([*log.outputs.values()], axis=-1)
 
 
 def zeros(body: Body, log: Recording, known: Collection[str]) -> Floats:
-    """(outputs,) 1 for an encoder with an unknown zero, otherwise 0.
+    """Return (outputs,) 1 for an encoder with an unknown zero, which is not in ``known``, else 0.
 
-    In open loop that includes the axis' own encoder: its first sample has noise like every other.
+    In open loop the position that is fed back has an unknown zero too: its first sample has noise.
     """
     return np.array([float(name in dict(body) and name not in known) for name in log.outputs])
 
 
 def centred(off: Scalar, usable: Scalar, unknown: Floats) -> Scalar:
-    """(steps, outputs) residual without the mean of those outputs whose zero is ``unknown``."""
+    """Return a residual (steps, outputs) less the mean of each output whose zero is ``unknown``."""
     return off - unknown * usable[:, None] * jnp.sum(off, axis=0) / jnp.sum(usable)
 
 
 def load_between(load: Floats, substeps: int) -> Floats:
-    """(steps, 2 substeps + 1) a load until the next sample, at the times that an integrator needs.
+    """Return a load (steps, 2 substeps + 1) from each sample to the next, for the integrator.
 
-    With linear interpolation an oscillation would be too small: by (w T)^2 / 12 of itself at
-    w rad/s. The middle of a segment is off the mean of its ends by an eighth of the second
-    difference.
+    Linear interpolation would reduce an oscillation of w rad/s by the share (w T)^2 / 12, where T
+    is the sample time. Therefore the middle of a segment deviates from the mean of its ends by an
+    eighth of the second difference.
     """
     rise = np.diff(load, append=load[-1])
     turns = np.diff(rise, prepend=rise[0])  # at each sample
@@ -165,29 +164,29 @@ def load_between(load: Floats, substeps: int) -> Floats:
 
 
 def delayed(command: Scalar, late: Scalar) -> Scalar:
-    """(steps,) mean in each sample of commands that act ``late`` samples later."""
+    """Return the mean (steps,) in each sample of a command that acts ``late`` samples later."""
     samples = jnp.arange(len(command), dtype=float)
     return jnp.interp(samples - late, samples, command)
 
 
 def read(drive: Drive, fixed: Parameters, state: State, outputs: Iterable[str]) -> Scalar:
-    """(outputs,) outputs of a machine, without the steps of its encoders."""
+    """Return the named ``outputs`` (outputs,) of a state, without the steps of encoders."""
     shown = state._asdict() | drive.signals(fixed, state)
     return jnp.stack([shown[name] for name in outputs])
 
 
 def shifted(body: Body, state: State, place: Scalar, rate: Scalar) -> State:
-    """The state with the position and velocity of the whole axis increased."""
+    """Return the state with the axis moved by ``place``, and its velocity raised by ``rate``."""
     changes = {name: getattr(state, name) + share * place for name, (_, share) in body}
     changes |= {name: getattr(state, name) + share * rate for _, (name, share) in body}
     return state._replace(**changes)
 
 
-@cache  # a replay inside of compiled code finds it here
+@cache  # so that a replay in compiled code finds the result
 def rigid_body(drive: Drive, parameters: Parameters) -> Body:
-    """Travel of each angle per unit of travel of the axis, without deformation.
+    """Return the travel of each angle per unit of travel of the axis, without deformation.
 
-    Such a shift causes no forces. It includes gears, with the ratios in ``parameters`` (floats).
+    Such a motion causes no forces. Gears have the ratios in ``parameters``, which are floats.
     """
     pairs = rates_of(drive)
     names = list(pairs)
@@ -211,19 +210,19 @@ def rigid_body(drive: Drive, parameters: Parameters) -> Body:
 
 
 class Pushed(ScaledCommand):
-    """A controller with a signal added to its command; its gains are that signal and its own."""
+    """Controller with a signal added to its commands; gains: (signal, gains of the controller)."""
 
     def step(self, xp: Xp, gains: Gains, memory: Memory, view: View) -> Stepped:
-        """The command of the axis, and the memory for the next step."""
+        """Return the commands with the signal added, and the memory for the next step."""
         added, inner = gains
         commands, memory = self.inner.step(xp, inner, memory, view)
         return tuple(command + added for command in commands), memory
 
 
 def closed_loop_residual(scenario: Scenario, design: Design, log: Recording) -> Residual:
-    """The residual of the closed loop of a machine against the recording, where it counts.
+    """Return the residual of the closed loop under the recorded reference and load.
 
-    Sensors, limits and substeps are those of ``scenario``, without the steps of encoders.
+    Sensors, limits and substeps are those of ``scenario``, except that encoders have no steps.
     """
     controller, wide = controller_of(design, scenario)
     smooth = closed_loop(scenario, controller).smooth._replace(controller=Pushed(controller))
@@ -257,13 +256,13 @@ def closed_loop_residual(scenario: Scenario, design: Design, log: Recording) -> 
 
 
 def _samples(log: Recording, substeps: int, noises: int) -> AxisSamples:
-    """Inputs of the axis in each sample, a leaf (steps,) each."""
+    """Return the recorded inputs of the axis, arrays (steps,); ``noises`` counts noises, all 0."""
     assert log.reference is not None
     reference, every, still = log.reference, log.sample_time, np.zeros(len(log.load))
     faster = np.diff(reference, 2, prepend=reference[0], append=reference[-1])
     return AxisSamples(
         reference=reference,
-        reference_rate=np.gradient(reference, every),  # where it is, not half a sample later
+        reference_rate=np.gradient(reference, every),  # at the sample, not half a sample later
         loads=tuple(load_between(log.load, substeps).T),
         noise=(still,) * noises,
         target=reference,

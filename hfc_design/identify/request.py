@@ -17,24 +17,24 @@ from hfc_design.identify.parameters import LATE, LOAD, FreeParameters, free_para
 class Task(NamedTuple):
     """Identification task: scenario, free parameters and settings."""
 
-    scenario: Scenario  # its plant with the values to start from, sensors, limits
-    axis: int  # which one
+    scenario: Scenario  # plant with the start values, sensors, limits
+    axis: int  # index of the axis to identify
     design: Design | None  # the controller in the loop that recorded the logs
-    names: Sequence[str] | None  # parameters that are looked for; None: all that may be
+    names: Sequence[str] | None  # parameters to identify, NAME or NAME=START; None: all possible
     bandwidth: float | None  # of the observer [Hz]; 0: open loop; None: that of the least residual
     seed: int = 0
-    made: bool = False  # the scenario says no more than which machine it is
-    known: frozenset[str] = frozenset()  # what stays as it is; see ``known``
+    made: bool = False  # True: the user named only a plant, and the scenario contains no more
+    known: frozenset[str] = frozenset()  # names of values that are kept, see the function ``known``
 
     @property
     def drive_axis(self) -> Axis:
-        """The axis, with the encoder that its sensors feed back."""
+        """The axis to identify; its drive feeds back the encoder that its sensors name."""
         axis = self.scenario.plant.each()[self.axis]
         return axis._replace(drive=self.scenario.machine.drives[self.axis])
 
 
 def known(changes: Changes, axis: str) -> frozenset[str]:
-    """Settings of an axis made by the user: parameters, the constant load, ``LATE``."""
+    """Return the names of an axis' values that the user set: parameters, ``LOAD``, ``LATE``."""
     tables = overridden({}, changes)
     plant, load, limits = (tables.get(name, {}) for name in ("plant", "load", "limits"))
     axes = [table.get("axes", {}).get(axis, {}) for table in (plant, load, limits)]
@@ -43,7 +43,7 @@ def known(changes: Changes, axis: str) -> frozenset[str]:
 
 
 def parameters_of(task: Task) -> FreeParameters:
-    """The parameters to identify.
+    """Return the parameters to identify.
 
     Raises:
         UserError: a parameter is unknown, is known already, or has no value to start from.
@@ -86,10 +86,10 @@ def task_of(
     bandwidth: float | None,
     seed: int,
 ) -> Task:
-    """The task, before any log is read; for the arguments see ``api.identify``.
+    """Return the task, before any log is read; for the arguments see ``api.identify``.
 
     Raises:
-        UserError: there is no such machine, axis or parameter.
+        UserError: machine, axis or parameter is unknown, or the machine or the axis is missing.
     """
     design = None if controller is None else load_design(controller)
     name = ALL_PLANTS.resolve(plant).name if plant else None
@@ -99,7 +99,7 @@ def task_of(
         source = design.name if controller is design else str(controller)
         loaded = own_scenario(design, source, changes)
     elif name is not None:
-        # Of these only the plant counts.
+        # Of this scenario only the plant counts.
         still = {"kind": "step", "height": 0.0}
         loaded = load_scenario(
             {"name": "log", "plant": {"name": name}, "reference": still}, changes
@@ -119,7 +119,7 @@ def task_of(
 
 
 def _axis(scenario: Scenario, axis: str | None, made: bool) -> int:
-    """Index of the axis; UserError: it does not exist, or no scenario is given."""
+    """Return the index of an axis; UserError: unknown or missing, or it needs a scenario."""
     plant, axes = scenario.plant.name, scenario.plant.machine.axes
     if len(axes) == 1 and axis is not None:
         raise UserError(f"{option('axis', axis)}: {plant} has only one")

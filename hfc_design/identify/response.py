@@ -1,9 +1,9 @@
 """Comparison of the log and the model by frequency: missing modes, unexcited frequencies.
 
-The response from command to position is estimated by Welch's method, and that of the model from
-the residual of its replay: the correction by an observer is known. Second differences are taken
-first, or a slow motion would leak into everything. In a closed loop noise of the position is fed
-back to the command: by no more than its share of the position, which counts as error.
+The response of the log from command to position is estimated by Welch's method. That of the model
+follows from the residual, because the correction by the observer is known. Both use second
+differences, since a slow motion would leak into all frequencies. In a closed loop, noise of the
+position returns in the command: at most by its share of the position, which counts as error.
 """
 
 from itertools import product
@@ -18,14 +18,14 @@ from hfc_design.files.stress import Mode
 from hfc_design.identify.fit import NOTHING, Fit
 from hfc_design.identify.replay import DAMPED, Replay
 
-#: Largest length of a segment, least number of segments, and least length of one [samples];
-#: weight of a segment with half overlap as an independent one (Welch, IEEE Trans. AU-15, 1967).
+#: Largest length of a segment [samples], least number of segments, least length [samples]; number
+#: of independent segments that one with half overlap counts as (Welch, IEEE Trans. AU-15, 1967).
 SEGMENT, PARTS, LEAST, OVERLAP = 1024, 8, 32, 0.82
 #: Relative error of the response up to which a frequency counts as excited.
 KNOWN = 0.25
-#: Frequencies, damping ratios of a mode; the highest one shown, by sampling rate and excited band.
+#: Modes: number of frequencies, dampings; highest frequency, in sampling rates and in ``top``.
 MODES, DAMPINGS, HIGHEST, BEYOND = 80, (0.01, 0.03, 0.1, 0.2), 0.4, 1.25
-#: Least multiple of its share of the residual that a mode explains, and least change by it.
+#: Least fall of the squares by a mode, in mean squares of the rest; least change of the response.
 CLEAR, CHANGES = 30.0, 0.15
 #: Number of autocorrelations of the residual, and their limit in standard errors.
 LAGS, FAR = 40, 1.96
@@ -40,15 +40,15 @@ ALL, WHITE = 0.8, 0.15
 
 
 class Response(NamedTuple):
-    """Responses (lines,) of a log and of the model by frequency, and conclusions."""
+    """Responses (frequencies,) of a log and of the model, and conclusions from them."""
 
     frequency: Floats  # [Hz]
     log: Any  # complex, from command to position
     model: Any  # complex
     coherence: Floats
-    top: float | None  # what is above was not excited [Hz]; None: nothing was
-    mode: Mode | None  # that the model has not
-    coloured: int  # of ``LAGS`` autocorrelations of the residual, how many are none of white noise
+    top: float | None  # highest excited frequency [Hz]; None: none was excited
+    mode: Mode | None  # that the model lacks; None: none was found
+    coloured: int  # number of the ``LAGS`` autocorrelations of the residual beyond their limit
 
     @property
     def unknown_above(self) -> float:
@@ -56,7 +56,7 @@ class Response(NamedTuple):
         return float(f"{self.top or self.frequency[0]:.2g}")
 
     def lines(self) -> list[str]:
-        """Conclusions from the frequencies of the log about the model, as lines."""
+        """Return what the frequencies of the log say about the model, a line each."""
         if self.top is None:
             return [UNEXCITED]
         lines = []
@@ -74,7 +74,7 @@ class Response(NamedTuple):
 
 
 def response(fit: Fit) -> Response | None:
-    """Response in the log of a fit; None: it has no command, or is too short."""
+    """Return the response of log and model; None: a closed loop was fitted, or the log is short."""
     replay = fit.problem.residual
     if not isinstance(replay, Replay):
         return None
@@ -102,28 +102,28 @@ def response(fit: Fit) -> Response | None:
     back = np.sqrt(2.0 * every * noise**2 * np.abs(turn) ** 4 / seen)
     error = back + np.sqrt((1.0 - coherence) / (2.0 * coherence * count))
     excited = np.flatnonzero(median_filter(error, 5, mode="nearest") < KNOWN)
-    excited = excited if excited.size else np.flatnonzero(error < KNOWN)  # a sine alone
+    excited = excited if excited.size else np.flatnonzero(error < KNOWN)  # for a log of one sine
     top = float(frequency[excited[-1]]) if excited.size else None
     counts = (error < KNOWN) & (frequency >= 0.5 * (fit.problem.bandwidth or 0.0))
     counts &= frequency <= (top or 0.0)
     mode = _mode(frequency, answer / model, error, counts, 0.5 / every)
     if mode and mode.hz > min(BEYOND * (top or 0.0), HIGHEST / every):
-        mode = None  # far below it other errors of the model look alike
+        mode = None  # so far below a mode, other errors of the model look like it
     size = turn**2 * power.real
     curves = frequency, answer / size, model / size, coherence
-    left = np.std(off) > NOTHING * np.std(place)  # else it is rounding
+    left = np.std(off) > NOTHING * np.std(place)  # otherwise the residual is only rounding
     return Response(*curves, top, mode, _coloured(off) if left else 0)
 
 
 def _longest(usable: Floats) -> slice:
-    """The longest part that counts."""
+    """Return the longest part of a log in which all samples count."""
     ends = np.flatnonzero(np.diff(np.r_[0, usable > 0, 0]))
     k = int(np.argmax(ends[1::2] - ends[::2]))
     return slice(int(ends[2 * k]), int(ends[2 * k + 1]))
 
 
 def _coloured(off: Floats) -> int:
-    """Number of autocorrelations that white noise would not have."""
+    """Return the number of autocorrelations that are too large for white noise."""
     off = off - off.mean()
     products = np.array([off[k:] @ off[:-k] for k in range(1, LAGS + 1)])
     shares = products / max(off @ off, 1e-300)
@@ -133,9 +133,9 @@ def _coloured(off: Floats) -> int:
 def _mode(
     frequency: Floats, ratio: Any, error: Floats, counts: Floats, highest: float
 ) -> Mode | None:
-    """Mode in the ratio of the log's response to the model's, besides one rigid body.
+    """Return the mode that explains ``ratio`` (response of the log / of the model); None: no mode.
 
-    Observed at the mass that oscillates, a mode is visible below its own frequency already.
+    If the measured mass itself oscillates (share -1), the mode is visible below its frequency too.
     """
     s, seen = 2j * np.pi * frequency, frequency[counts]
     if counts.sum() < 8:

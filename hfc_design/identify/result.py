@@ -1,4 +1,4 @@
-"""Result of an identification, for a script."""
+"""Result of an identification, as a script receives it."""
 
 import json
 
@@ -27,7 +27,7 @@ class Identified(Outcome):
         return "".join(one._repr_html_() for one in self.tables())
 
     def numbers(self) -> Json:
-        """Content of ``identified.json``: each parameter with its interval, and the residuals.
+        """Return the content of ``identified.json``: parameters with intervals, and residuals.
 
         A number that is not finite is None.
         """
@@ -77,7 +77,7 @@ class Identified(Outcome):
         return finite
 
     def for_design(self) -> Scenario:
-        """The scenario for a search: the identified machine, within its tolerances.
+        """Return the scenario for a search: the identified machine with its tolerances.
 
         Raises:
             UserError: the parameters do not give a valid scenario.

@@ -1,8 +1,8 @@
 """The scenario of a search for an identified machine.
 
-It contains the identified machine within its tolerances. Without a scenario in the task it has
-motions like those of the log, in the cycle of its samples, with a fitness that requires a small
-error with a calm command.
+It contains the identified machine with its tolerances. If the user gave no scenario and no design,
+it also has motions like those of the log, the sample time of the log, and a fitness that requires a
+small error and a calm command.
 """
 
 import re
@@ -28,19 +28,19 @@ from plants import Drive
 LEAST, MOST = 0.05, 0.5
 #: Tolerance of parameters that were not identified, unless the scenario sets it.
 OTHERS = 0.1
-#: Settings of a search of many individuals on few machines, and requirements for its loops.
+#: ``[robust]`` of a search with many candidates on few machines; ``[constraints]`` for its loops.
 FEW_MACHINES: Json = {"margin": 1.3, "first": 3, "machines": 3, "elite": 3}
 ASKED: Json = {"unsettled": 0.3, "sensitivity": 2.0, "delay_margin_samples": 1.5}
-#: Most samples of a difference, and its relative deviation from the recorded velocity if it is one.
+#: Most samples over which a velocity is a difference; relative deviation up to which it is one.
 MOST_SAMPLES, SAME_RATE = 16, 1e-3
-#: Digits of a parameter in a file, and of other numbers there.
+#: Digits of parameters in the file, and of delay and lag.
 DIGITS, FEW = 6, 4
-#: Size of a step relative to the error of the recording loop (rms), if the scale is known.
+#: Height of the step motion as a multiple of the rms error during the recording.
 STEP = 3.0
 
 
 def tolerances(outcome: Outcome) -> dict[str, float]:
-    """Half the interval of each parameter as a share of its value, within bounds."""
+    """Return half the interval of each parameter over its value, from ``LEAST`` to ``MOST``."""
     known = outcome.known
     with np.errstate(divide="ignore", invalid="ignore"):
         half = 0.5 * (known.high - known.low) / np.abs(known.value)
@@ -49,14 +49,14 @@ def tolerances(outcome: Outcome) -> dict[str, float]:
 
 
 def _rounded(value: float, digits: int) -> float:
-    """A number with so many digits."""
+    """Return a number with so many significant digits."""
     return float(f"{value:.{digits}g}")
 
 
 def delay(outcome: Outcome) -> tuple[float, float] | None:
-    """Values for ``limits``: the delay [samples], and the lag [s]; None: they were not identified.
+    """Return delay [samples] and lag [s] for ``limits``; None: they were not identified.
 
-    A command that acts earlier than its samples has no delay.
+    Both are 0 if the interval of the delay includes 0, or if the command acts too early.
     """
     fit, (low, high) = outcome.fit, outcome.known.late
     if low == high:
@@ -68,7 +68,7 @@ def delay(outcome: Outcome) -> tuple[float, float] | None:
 
 
 def machine(outcome: Outcome) -> Json:
-    """The identified drive and its surroundings, by dotted keys of a scenario."""
+    """Return parameters, load, delay and lag as identified, by dotted keys of a scenario."""
     free, axis = outcome.free, outcome.axis
     scenario, made, known = outcome.task.scenario, outcome.task.made, outcome.task.known
     several = f".axes.{axis.name}" if len(scenario.plant.machine.axes) > 1 else ""
@@ -79,10 +79,10 @@ def machine(outcome: Outcome) -> Json:
     if LOAD in values.keys() - {*free.start._fields}:
         k, constant = free.names.index(LOAD), values.pop(LOAD)
         if outcome.known.low[k] <= 0.0 <= outcome.known.high[k]:
-            constant = 0.0  # the log does not tell it from none
+            constant = 0.0  # the interval includes 0
     step = axis.drive.resolutions.get(free.drive.seen[0])
     if made and outcome.recording.step and axis.resolution and step and step not in known:
-        values[step] = outcome.recording.step  # of the scale, where the log shows another one
+        values[step] = outcome.recording.step  # of the encoder, as the log shows it
     changes: Json = {f"{drive}.{name}": x for name, x in values.items()}
     if constant != load.constant or (made and constant):
         other = load.model_dump(mode="json", exclude_defaults=True)
@@ -97,7 +97,7 @@ def machine(outcome: Outcome) -> Json:
 
 
 def scenario_text(outcome: Outcome) -> str:
-    """The scenario as TOML; with generated motions and fitness unless there was a scenario.
+    """Return the scenario as TOML; motions and fitness are generated if the user gave none.
 
     Raises:
         UserError: the parameters do not give a valid scenario.
@@ -112,7 +112,7 @@ def scenario_text(outcome: Outcome) -> str:
         above = {"unknown_above_hz": response.unknown_above}
         data["stress"] = {**data.get("stress", {}), **modes, **above}
     robust = data.get("robust", {"spread": OTHERS, **FEW_MACHINES})
-    # Of load, delay and lag what stress tries is wider than what a log leaves open.
+    # Load, delay and lag need no tolerance: stress varies them by more than a log leaves open.
     within = {
         x: share for x, share in tolerances(outcome).items() if x in outcome.free.start._fields
     }
@@ -121,14 +121,14 @@ def scenario_text(outcome: Outcome) -> str:
         "name": scenario_name(outcome.log),
         "description": f"{scenario.plant.name} identified from its log",
     }
-    data = names | data | names  # they stand first, and those of another scenario do not stay
+    data = names | data | names  # first in the file, and in place of those of a given scenario
     notes = []
     try:
         load_scenario(data)
     except UserError as error:
         if made:
             raise
-        del data["robust"]  # its fitness ranks one machine alone
+        del data["robust"]  # perhaps the given fitness cannot rank several machines
         notes = [f"# Without [robust]: {error.lines[0]}"]
         load_scenario(data)
     head = ["# The machine as identified from its log; tolerances are half of the 95 % intervals,"]
@@ -137,19 +137,19 @@ def scenario_text(outcome: Outcome) -> str:
 
 
 def _like_the_log(outcome: Outcome) -> Json:
-    """Everything but the plant, with motions like those of the log."""
+    """Return all tables except that of the plant, with motions like those of the log."""
     log, scenario, axis = outcome.recording, outcome.task.scenario, outcome.axis
     speed, acceleration = fastest(log)
     distance = float(np.ptp(log.place))
     low, high = axis.drive.largest_commands(axis.parameters, scenario.limits.command)
     limit = float(min(-low, high))
-    if not np.isfinite(limit):  # then that of the log
+    if not np.isfinite(limit):  # then take the largest command of the log
         limit = 1.0 if log.command is None else _rounded(np.abs(log.command).max(), 2)
     rate = scenario.limits.of(axis.name).command_rate
     duration = round(1.5 * (distance / speed + speed / acceleration) + 0.5, 2)
     behind = 0.0 if log.reference is None else rms(log.reference - log.place)
     error = behind or 1e-3 * distance  # of the loop that recorded the log (rms)
-    step = log.step or axis.resolution or 0.0  # nobody sees what is less
+    step = log.step or axis.resolution or 0.0  # the encoder does not show smaller errors
     data: Json = {
         "simulation": {
             "duration_s": duration,
@@ -192,7 +192,7 @@ def _like_the_log(outcome: Outcome) -> Json:
 
 
 def fastest(log: Recording) -> tuple[float, float]:
-    """Largest speed and acceleration of the log, without its noise."""
+    """Return the largest speed and acceleration of the log (99 % quantiles), without its noise."""
     place = log.place if log.reference is None else log.reference
     width = max(min(round(0.01 / log.sample_time), len(place) // 8), 1)
     smooth = np.convolve(place, np.ones(width) / width, "valid")
@@ -205,10 +205,10 @@ def fastest(log: Recording) -> tuple[float, float]:
 def motions_like(
     log: Recording, speed: float, acceleration: float, duration: float, error: float
 ) -> list[Json]:
-    """A move as far as that of the log, a slow one, one back and forth, and a step."""
+    """Return four motions: a move as far as the log, a slow ramp, a sine, and a step."""
     distance, slow = float(np.ptp(log.place)), 0.05 * speed
     lasts = distance / speed + speed / acceleration
-    # Two periods, so that it reverses at the end too; no faster than the log.
+    # Two periods, so that the sine reverses near the end too; no faster than the log.
     often = min(4.0 * np.pi / duration, 5.0 * acceleration / speed)
     move = _reference("trapezoidal", distance=distance, velocity=speed, acceleration=acceleration)
     sine = _reference("sine", amplitude=0.2 * speed / often, frequency_rad_s=often)
@@ -226,9 +226,9 @@ def _reference(kind: str, **numbers: float) -> Json:
 
 
 def linear_part(drive: Drive, log: Recording) -> Json:
-    """A linear part that reads only encoders with signals in the log.
+    """Return settings of the linear part, so that it reads only encoders that the log has.
 
-    An axis with feedback from the motor's encoder need not have a scale.
+    An axis with feedback from the encoder of the motor may lack a scale.
     """
     missing = drive.encoders.keys() - {drive.seen[0]} - log.outputs.keys()
     if drive.seen[0] == drive.position or not missing:
@@ -237,7 +237,7 @@ def linear_part(drive: Drive, log: Recording) -> Json:
 
 
 def differences(log: Recording, rate: str) -> Json:
-    """Number of samples over which the control differences its velocity, if the log contains it."""
+    """Return {"difference_samples": number} as the log's velocity shows it; {}: one, or unknown."""
     if rate not in log.outputs:
         return {}
     off = {}
@@ -250,6 +250,6 @@ def differences(log: Recording, rate: str) -> Json:
 
 
 def scenario_name(log: str) -> str:
-    """Name of the scenario, and of the folder, made from a log."""
+    """Return the name of the scenario, and of the folder, that are made from a log."""
     stem = re.sub(r"[^A-Za-z0-9_-]+", "-", Path(log).stem)[:60].strip("-") or "log"
     return f"{stem}-identified"

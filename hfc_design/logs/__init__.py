@@ -1,6 +1,6 @@
 """Recordings of machines: files of scopes and programs, as columns of numbers.
 
-``columns.py`` defines a log, further modules each read the format of a program, ``reading.py``
-selects the reader; ``signals.py`` converts columns to signals of a drive, in its units and evenly
-sampled.
+``columns.py`` defines a log. ``texts.py`` and ``mat.py`` read files of other programs, and
+``reading.py`` selects the reader. ``signals.py`` converts columns to signals of a drive, evenly
+sampled and in its units; ``sensors.py`` finds the properties of sensors in them.
 """

@@ -12,7 +12,7 @@ from hfc_design.core.quantities import number
 from hfc_design.core.records import either, option
 from plants import Drive, in_a_name
 
-#: The largest file [MB]; an hour of four columns at 1 kHz has some 150.
+#: The largest file [MB]; an hour of four columns at 1 kHz has about 150 MB.
 LARGEST_LOG = 512
 #: Largest count of numbers in all arrays together, and of columns in a table.
 MOST_NUMBERS, MOST_COLUMNS = 30_000_000, 1000
@@ -20,7 +20,7 @@ MOST_NUMBERS, MOST_COLUMNS = 30_000_000, 1000
 MOST_BYTES = 8 * MOST_NUMBERS
 #: Smallest number of samples that allows an identification.
 FEWEST = 20
-#: A user's ``NAME=COLUMN``, followed by the unit of the column's numbers: ``position=qm [m]``.
+#: A user's ``NAME=COLUMN``, which may end with the unit of the column: ``position=qm [m]``.
 MAPPED = re.compile(
     r"\s*(?P<name>\w{1,64})\s*=\s*(?P<column>.+?)\s*(\[(?P<unit>[^\[\]]{1,40})\])?\s*"
 )
@@ -29,11 +29,11 @@ TOLD = re.compile(r"(?P<name>.+?)\s*[\[(](?P<unit>[^\[\]()]{1,40})[\])]")
 
 
 class Log(NamedTuple):
-    """Columns of one length, all finite."""
+    """A log as read from its file: columns of numbers."""
 
     columns: dict[str, Floats]  # (rows,) each, by name
-    sample_time: float | None = None  # [s], where the file says it
-    breaks: Mask | None = None  # (rows,) samples are missing before this one; None: none are
+    sample_time: float | None = None  # [s]; None: the file does not say it
+    breaks: Mask | None = None  # (rows,) True if samples are missing before the row; None: nowhere
     format: str = "CSV"
     texts: tuple[str, ...] = ()  # names of columns that hold no numbers, and are left out
 
@@ -44,7 +44,7 @@ class Log(NamedTuple):
 
 
 def check_log(log: Log) -> Log:
-    """The log itself; ValueError: it is too short, ragged, or has values that are not numbers."""
+    """Return the log itself; ValueError: it is too short, ragged, or not all values are numbers."""
     if not log.columns:
         raise ValueError("must have a column of numbers")
     lengths = {name: len(column) for name, column in log.columns.items()}
@@ -66,16 +66,16 @@ class Column(NamedTuple):
     """Assignment of a signal to a column of a log, with the unit of its numbers."""
 
     name: str  # of the signal
-    column: str
-    unit: str | None = None  # of one count, "5 um" say; None: that of the drive
+    column: str  # its name in the file
+    unit: str | None = None  # as "mm", or one count as "5 um"; None: the drive's unit
 
 
 def parse_columns(texts: Iterable[str], drive: Drive) -> list[Column]:
     """Parse a user's assignment of signals to the columns of a drive's log.
 
     Raises:
-        ValueError: an assignment is not of the form NAME=COLUMN, names no signal or one twice, or
-            its unit is of another kind.
+        ValueError: an assignment is not NAME=COLUMN, its signal is unknown or assigned twice, or
+            its unit is of another kind than that of the signal.
     """
     columns, units = dict[str, Column](), units_of(drive)
     for text in texts:
@@ -94,7 +94,7 @@ def parse_columns(texts: Iterable[str], drive: Drive) -> list[Column]:
 
 
 def scale(one: Column, drive: Drive) -> float:
-    """Factor from the column's unit to its signal's; ValueError: the units differ in kind."""
+    """Return the factor from a column's unit to its signal's; ValueError: they differ in kind."""
     unit = units_of(drive)[one.name]
     count = one.unit or unit
     try:
@@ -107,17 +107,17 @@ def scale(one: Column, drive: Drive) -> float:
 
 
 def converted(quantity: str, unit: str, drive: Drive) -> float:
-    """A quantity in ``unit``, by the units of a nominal machine; ValueError: it does not fit."""
+    """Return a quantity such as "5 um" in ``unit``, for a nominal drive; ValueError: wrong kind."""
     millimetres = None if drive.millimetres is None else drive.millimetres(drive.parameters())
     return number(quantity, unit, millimetres)
 
 
 def column_hint(name: str) -> str:
-    """Hint for users on assigning a signal to a column."""
+    """Return a hint for users how to assign a column to the signal ``name``."""
     return f"give {name}=COLUMN [UNIT] with {option('column', ..., 'columns')}"
 
 
-#: Words in the names of columns that suggest a signal, those of a reference first.
+#: Words in the names of columns that suggest a signal; "" stands for any position.
 HINTS = {
     "reference": ("set", "ref", "demand", "target", "nominal"),
     "time": ("time", "stamp"),
@@ -129,7 +129,7 @@ HINTS = {
 def missing_columns(
     log: Log, drive: Drive, missing: Sequence[str], known: dict[str, Column]
 ) -> str:
-    """Message on all missing signals, with the options to assign them; columns guessed by name."""
+    """Return a message on all ``missing`` signals, with options for columns guessed by name."""
     used = {one.column for one in known.values()}
     free = [x for x in log.columns if x not in used]
     columns = dict[str, None]()
@@ -151,7 +151,7 @@ def missing_columns(
 
 
 def _with_unit(name: str, column: str, drive: Drive) -> str:
-    """A column as written in an option: with a unit unless its own name contains one."""
+    """Return a column as an option names it: with a unit, unless its own name contains one."""
     unit, named = units_of(drive)[name], TOLD.fullmatch(column)
     if named and unit_of(named["unit"], unit, drive):
         return column
@@ -162,13 +162,13 @@ def _with_unit(name: str, column: str, drive: Drive) -> str:
 
 
 def listed_columns(log: Log) -> str:
-    """Text with the columns of a log."""
+    """Return a text that lists the columns of a log."""
     texts = f"; without numbers: {', '.join(log.texts)[:80]}" if log.texts else ""
     return f"available: {', '.join(log.columns)[:120]}{texts}"
 
 
 def parts_of(column: str) -> list[tuple[str, str]]:
-    """Possible splits of the name of a column into name and unit: ``x [mm]``, ``x_mm``."""
+    """Return possible splits of a column's name into name and unit: ``x [mm]``, ``x_mm``."""
     if named := TOLD.fullmatch(column):
         return [(named["name"], named["unit"])]
     words = column.split("_")
@@ -176,10 +176,10 @@ def parts_of(column: str) -> list[tuple[str, str]]:
 
 
 def find_column(one: Column, log: Log, drive: Drive) -> Column:
-    """A user's assignment in a log, with the unit from the column's name if the user gives none.
+    """Return an assignment as the log names the column, with the unit in its name if none is given.
 
     Raises:
-        ValueError: there is no such column.
+        ValueError: there is no such column, or its unit is %, which needs a value from the user.
     """
     wanted, unit = one.column.casefold(), units_of(drive)[one.name]
     if one.column not in log.columns:
@@ -201,12 +201,12 @@ def find_column(one: Column, log: Log, drive: Drive) -> Column:
     return one._replace(unit=next(filter(None, (unit_of(x, unit, drive) for x in units)), None))
 
 
-#: Ends of names that a library of units knows, but that have another meaning there.
+#: Ends of column names that the library of units knows, but that mean something else there.
 NO_UNIT = frozenset({"c", "pi", "au", "count", "counts", "bit", "bits", "point", "points"})
 
 
 def is_unit(text: str) -> bool:
-    """True if the text is a unit of any quantity."""
+    """Return True if the text is a unit of any quantity."""
     try:
         return number(f"1 {text}", text) == 1.0
     except ValueError:
@@ -214,7 +214,7 @@ def is_unit(text: str) -> bool:
 
 
 def unit_of(end: str, unit: str, drive: Drive) -> str | None:
-    """Unit at the end of a name, mm_s for mm/s; None: none that is convertible to ``unit``."""
+    """Return the unit at the ``end`` of a name (mm_s: mm/s); None: not convertible to ``unit``."""
     if end == in_a_name(unit):
         return unit
     written = end.replace("_", "/")
@@ -226,9 +226,9 @@ def unit_of(end: str, unit: str, drive: Drive) -> str | None:
 
 
 def units_of(drive: Drive) -> dict[str, str]:
-    """Every signal of a drive that a log may contain, and its unit.
+    """Return the unit of every signal that a log of a drive may contain, by name.
 
-    ``added`` is a signal added to the command after the controller and included in its record.
+    ``added`` is added to the command after the controller; the recorded command includes it.
     """
     place, rate, command = (drive.units[name] for name in ("error", "error_rate", "command"))
     rates = rates_of(drive)
@@ -240,12 +240,12 @@ def units_of(drive: Drive) -> dict[str, str]:
 
 
 def rates_of(drive: Drive) -> dict[str, str]:
-    """The velocity of each position of a drive, that of its feedback first."""
+    """Return position -> velocity, by names, for a drive; the position fed back is the first."""
     return {drive.seen[0]: drive.seen[1], drive.position: drive.velocity, **drive.encoders}
 
 
 def columns_by_name(log: Log, drive: Drive, said: Collection[str]) -> dict[str, Column]:
-    """Columns named like a signal, with or without a unit; without the signals ``said``."""
+    """Return columns named like signals other than ``said``; ValueError: two for one signal."""
     by_name = dict[str, Column]()
     others = {"command": drive.command_name, "load": drive.load_name}
     for name, unit in units_of(drive).items():
@@ -263,7 +263,7 @@ def columns_by_name(log: Log, drive: Drive, said: Collection[str]) -> dict[str, 
 
 
 def _unit_after(column: str, names: Collection[str], unit: str, drive: Drive) -> str | None:
-    """Unit of a column that is named like one of ``names``; None: it is not."""
+    """Return the unit of a column if it is named like one of ``names``, else None."""
     if column.casefold() in names:
         return unit
     ends = [end for name, end in parts_of(column) if name.casefold() in names]
@@ -273,10 +273,10 @@ def _unit_after(column: str, names: Collection[str], unit: str, drive: Drive) ->
 
 
 def longest(vectors: Mapping[str, np.ndarray]) -> dict[str, Floats]:
-    """The longest vectors as columns; ValueError: they have too many numbers."""
+    """Return the longest vectors as columns; ValueError: they have too many numbers."""
     most = max((vector.size for vector in vectors.values()), default=0)
     columns = {name: vector for name, vector in vectors.items() if vector.size == most}
     if most * len(columns) > MOST_NUMBERS:
         raise ValueError(f"it has more than {MOST_NUMBERS} numbers")
-    with np.errstate(all="ignore"):  # what is no number is told
+    with np.errstate(all="ignore"):  # ``check_log`` reports what is not a number
         return {name: np.asarray(vector, float).ravel() for name, vector in columns.items()}

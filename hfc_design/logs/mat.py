@@ -1,8 +1,8 @@
 """Logs as MAT files of version 5, which MATLAB writes with -v6 and -v7; only numbers are read.
 
-The format is that of MathWorks, "MAT-File Format" (R2024a), chapter 1. It is read here and not by
-SciPy, in which a damaged file may end the process, or take all memory. Every length in a file is
-checked against the actual size of the data before it is used.
+The format is that of MathWorks, "MAT-File Format" (R2024a), chapter 1. SciPy is not used, because
+there a damaged file may end the process or take all memory. Every length in a file is checked
+against the actual size of the data before it is used.
 """
 
 import struct
@@ -17,9 +17,9 @@ from hfc_design.logs.columns import MOST_BYTES, MOST_NUMBERS, Log, longest
 
 #: First bytes of files of MATLAB 7.3, which are HDF5.
 NEWER = b"\x89HDF", b"MATLAB 7.3 MAT-file"
-#: Offset of the data; marks before it of little-endian and big-endian files.
+#: Offset of the data; last bytes before the data in little-endian and in big-endian files.
 HEAD, LITTLE, BIG = 128, b"\0\1IM", b"\1\0MI"
-#: Kinds of elements: containers, and NumPy's types of numbers and texts.
+#: Kinds of elements: containers; numbers, with types of NumPy; texts, with their encodings.
 MATRIX, COMPRESSED = 14, 15
 TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 LETTERS = {1: "latin-1", 2: "utf-8", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18: "utf-32"}
@@ -34,26 +34,26 @@ Element: TypeAlias = tuple[int, memoryview]
 
 
 class Numbers(NamedTuple):
-    """A matrix, column by column."""
+    """A matrix of numbers, stored column by column."""
 
     shape: tuple[int, ...]
     values: np.ndarray  # (prod(shape),)
 
     @property
     def is_vector(self) -> bool:
-        """True if it is a vector; a scalar is a setting, not a signal."""
+        """True if it is a vector of at least two numbers; a scalar is a setting, not a signal."""
         return 1 < prod(self.shape) == max(self.shape)
 
 
 def mat_log(data: bytes) -> Log:
-    """The longest vectors of a MAT file, including those in structs.
+    """Return the longest vectors of a MAT file as a log, including those in structs.
 
     Raises:
-        ValueError: the data are not a MAT file or of another version, or contain no vectors.
+        ValueError: the data are not a MAT file, are of another version, or contain no vector.
     """
     if data.startswith(NEWER):
         raise ValueError("is of MATLAB 7.3; save it with -v7")
-    if len(data) >= 20 and 0 in data[:4]:  # others begin with a text
+    if len(data) >= 20 and 0 in data[:4]:  # a file of version 5 begins with a text
         raise ValueError("is of MATLAB 4, or not a MAT file; save it with -v7")
     values, others = dict[str, Numbers](), dict[str, str]()
     try:
@@ -64,7 +64,7 @@ def mat_log(data: bytes) -> Log:
                 known = values.get(name)
                 other = known is not None and not np.array_equal(known.values, matrix.values)
                 values[f"{variable}.{name}" if other else name] = matrix
-    except Exception as error:  # zlib, NumPy, codecs: each has its own
+    except Exception as error:  # zlib, NumPy and codecs have errors of their own
         why = str(error)[:200] or "it is damaged"
         raise ValueError(f"is not a readable MAT file: {why}") from None
     columns = longest({name: matrix.values for name, matrix in values.items()})
@@ -79,7 +79,7 @@ def mat_log(data: bytes) -> Log:
 
 
 def _signals(name: str, value: Any) -> dict[str, Numbers]:
-    """The vectors in a value: of Simulink's structs by their labels, otherwise by dotted names."""
+    """Return the vectors in a value by name: labels in structs of Simulink, else dotted names."""
     if isinstance(value, Numbers):
         return {name: value} if value.is_vector else {}
     if not isinstance(value, list):
@@ -105,7 +105,7 @@ def _signals(name: str, value: Any) -> dict[str, Numbers]:
 
 
 def _split(name: str, value: Any) -> dict[str, Numbers]:
-    """Columns of a matrix (samples, signals), or the vector itself."""
+    """Return the columns of a matrix (samples, signals) by numbered names, or the vector itself."""
     if not isinstance(value, Numbers) or value.is_vector or len(value.shape) != 2:
         return _signals(name, value)
     rows, columns = value.shape
@@ -114,7 +114,7 @@ def _split(name: str, value: Any) -> dict[str, Numbers]:
 
 
 class Text(str):
-    """A text in the file."""
+    """A text variable in the file; a plain str describes a variable that is not read."""
 
 
 def _next(parts: Iterator[Element]) -> Element:
@@ -134,7 +134,7 @@ class _Reader:
         self.parts, self.bytes, self.count = MOST_PARTS, MOST_BYTES, MOST_NUMBERS
 
     def variables(self) -> Iterator[tuple[str, Any]]:
-        """Names and values; those without names are MATLAB's own."""
+        """Yield names and values of the variables, without MATLAB's own, which have no names."""
         for element in self._elements(self.data):
             kind, data = self._inflated(*element) if element[0] == COMPRESSED else element
             if kind != MATRIX:
@@ -144,7 +144,7 @@ class _Reader:
                 yield name, value
 
     def _inflated(self, _: int, data: memoryview) -> Element:
-        """The element in a compressed one."""
+        """Return the element in the ``data`` of a compressed element."""
         inflater = zlib.decompressobj()
         inside = inflater.decompress(data, self.bytes + 1)
         self.bytes -= len(inside)
@@ -155,7 +155,7 @@ class _Reader:
         return _next(self._elements(memoryview(inside)))
 
     def _elements(self, data: memoryview) -> Iterator[Element]:
-        """Kind and content of consecutive elements."""
+        """Yield kind and content of consecutive elements."""
         place = 0
         while place < len(data):
             self._counted(1)
@@ -163,7 +163,7 @@ class _Reader:
                 raise ValueError("is truncated in an element")
             kind, size = struct.unpack(f"{self.order}II", data[place : place + 8])
             begin, end = place + 8, place + 8 + size
-            if kind >> 16:  # of a small one the first word has the size too, the second the content
+            if kind >> 16:  # small element: its first word has the size, the second the content
                 kind, size, begin, end = kind & 0xFFFF, kind >> 16, place + 4, place + 8
             if begin + size > min(end, len(data)):
                 raise ValueError("an element is longer than its container")
@@ -191,7 +191,7 @@ class _Reader:
         return bytes(data).decode(LETTERS[kind] + order).rstrip("\0")
 
     def _matrix(self, data: memoryview, deepest: int) -> tuple[str, Any]:
-        """Name and value: numbers, a struct as a list of dicts, or the name of any other class."""
+        """Return name and value: numbers, a text, a struct as a list of dicts, else its class."""
         if not deepest:
             raise ValueError(f"structs are nested more than {DEEPEST} deep")
         if not data:
@@ -218,7 +218,7 @@ class _Reader:
         return name, KINDS.get(kind, "complex" if flags & COMPLEX else "no matrix of numbers")
 
     def _struct(self, parts: Iterator[Element], count: int, deepest: int) -> list[dict[str, Any]]:
-        """Elements of a struct, each with its fields."""
+        """Return the elements of a struct, each as a dict of its fields."""
         length, joined = int(self._numbers(_next(parts))[0]), bytes(_next(parts)[1])
         self._counted(count)
         if length < 1:

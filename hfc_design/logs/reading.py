@@ -1,4 +1,4 @@
-"""Selection of the reader of a file, and NumPy's own files."""
+"""Selection of the reader of a log by its file, and the reader of NumPy's files."""
 
 from pathlib import Path
 
@@ -19,10 +19,10 @@ from hfc_design.logs.texts import UNNAMED, text_log
 
 
 def read_log(path: str | Path) -> Log:
-    """The log in a file of any supported format.
+    """Return the log in a file of any supported format.
 
     Raises:
-        UserError: it cannot be read, or is not a log; the message has the reason and the place.
+        UserError: the file cannot be read, or is not a log; the message says why, and where.
     """
     with as_user_error(path):
         data = content(path, LARGEST_LOG)
@@ -32,10 +32,10 @@ def read_log(path: str | Path) -> Log:
 
 
 def numpy_log(data: bytes) -> Log:
-    """The log in a ``.npy`` (rows, columns; a record array has names) or ``.npz`` file.
+    """Return the log in a ``.npy`` file (rows, columns; a record array has names) or ``.npz`` file.
 
     Raises:
-        ValueError: it is not such a file, contains objects, or unpacks to too much.
+        ValueError: the data are not such a file, contain objects, or are too large when unpacked.
     """
     try:
         if data.startswith(b"PK"):
@@ -43,18 +43,18 @@ def numpy_log(data: bytes) -> Log:
         else:
             arrays = _parts(archive.array_of(data))
         return Log(longest({str(x): y for x, y in arrays.items() if _is_signal(y)}), format="NumPy")
-    except Exception as error:  # of a damaged file zipfile raises whatever it stumbles over
+    except Exception as error:  # zipfile raises errors of any kind for a damaged file
         why = str(error)[:200] or "it is damaged"
         raise ValueError(f"is not a readable NumPy file: {why}") from None
 
 
 def _is_signal(array: np.ndarray) -> bool:
-    """True for a vector of real numbers; a scalar is a setting."""
+    """Return True for a vector of real numbers; a scalar is a setting, not a signal."""
     return array.dtype.kind in "fiub" and 1 < array.size == max(array.shape, default=0)
 
 
 def _parts(array: np.ndarray) -> archive.Arrays:
-    """The columns of an array by their names, or by numbers."""
+    """Return the columns of an array by name; columns without names are numbered."""
     if array.dtype.names:
         return {name: array[name] for name in array.dtype.names}
     table = array[:, None] if array.ndim == 1 else array

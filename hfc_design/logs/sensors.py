@@ -1,4 +1,4 @@
-"""Properties of a sensor found in its signal: step, noise, wrong samples, turns, another unit."""
+"""Properties of a sensor found in its signal: step, noise, wrong samples, turns, a wrong unit."""
 
 from collections.abc import Sequence
 
@@ -10,16 +10,16 @@ from hfc_design.logs.columns import Column, column_hint, converted
 from plants import Drive
 
 #: Largest multiple of the smallest difference that counts as one step; share of the values that
-#: must be this close to whole steps; smallest difference that shows noise, as a share of a step.
+#: must be within ``ROUNDED`` steps of whole steps; least visible noise, as a share of a step.
 SINGLE, MOST, ROUNDED, SEEN = 1.6, 0.99, 0.26, 0.1
-#: Deviation of a wrong sample relative to the bends of all other samples but this share.
+#: Least deviation of a wrong sample, as a multiple of the ``USUAL`` quantile of all bends.
 WRONG, USUAL = 20.0, 0.97
-#: Share of the samples, the slowest, that is searched for noise: where an axis is fast, jitter of
-#: the time stamps looks like noise of its position.
+#: Share of the samples, the slowest ones, that is searched for noise: where an axis is fast, jitter
+#: of the time stamps looks like noise of its position.
 SLOW = 0.2
 #: Least travel of lengths and angles, and largest mean speed over a log. An atom is 1e-10 m
-#: wide, trains reach 170 m/s and the smallest turbines 1e5 rad/s. The limits contain no guess of
-#: the machine, so that no log of a real one is refused.
+#: wide, trains reach 170 m/s and the smallest turbines 1e5 rad/s. The limits assume nothing about
+#: the machine, so that no log of a real machine is refused.
 PLAUSIBLE = {"m": (1e-10, 1e3), "rad": (1e-10, 1e6)}
 #: A rotary position jumps back by a whole turn; between jumps it moves by no more than this
 #: share of a turn in a sample, since otherwise its direction is unknown.
@@ -27,7 +27,7 @@ CLEAR = 0.25
 
 
 def encoder_step(values: Floats) -> float | None:
-    """Step of an encoder whose values are whole steps, possibly rounded in a text; None: not so."""
+    """Return the step of an encoder if its ``values`` are whole steps but for rounding, or None."""
     gaps = np.diff(np.unique(np.round(values, 15)))
     gaps = gaps[gaps > 1e-12 * max(np.abs(values).max(), 1e-300)]
     if not len(gaps):
@@ -35,7 +35,7 @@ def encoder_step(values: Floats) -> float | None:
     places = np.append(0.0, np.cumsum(gaps))
     least = np.quantile(gaps, 1.0 - MOST, method="lower")
     step = float(gaps[gaps <= SINGLE * least].mean())
-    # Shorter gaps first, so that no long one is miscounted; then what a wrong value has divided.
+    # First short gaps, so that no long one is miscounted; then sums of gaps, past wrong values.
     for width, every in (*((4.0**k, 1) for k in range(1, 12)), (np.inf, 3), (np.inf, 7)):
         some = np.diff(places[::every])
         some = some[some <= width * step]
@@ -48,9 +48,9 @@ def encoder_step(values: Floats) -> float | None:
 
 
 def without_outliers(values: Floats) -> tuple[Floats, Mask]:
-    """Values (steps,) with wrong ones replaced by straight lines, and the mask of these.
+    """Return ``values`` (steps,) with wrong samples interpolated, and the mask of these samples.
 
-    Wrong are single samples far off both of their neighbours, which bend back by half as much.
+    A wrong sample is far off its neighbours, and the signal bends back at both by half as much.
     """
     bend, changes = np.diff(values, 2), np.abs(np.diff(values))
     least = changes[changes > 0].min(initial=np.inf)
@@ -63,13 +63,12 @@ def without_outliers(values: Floats) -> tuple[Floats, Mask]:
 
 
 def noise_level(off: Floats, place: Floats, step: float | None) -> float | None:
-    """Standard deviation of white noise in (steps,) errors of a replay ``off``; None: not visible.
+    """Return the standard deviation of white noise in a residual (steps,) ``off``; None: invisible.
 
-    The slow samples are determined from ``place`` (steps,), the position.
-
-    Second differences isolate white noise, with six times its variance; the largest ones, at
-    reversals, are not counted. The value is 0 where a replay does not count; rounding to a ``step``
-    is noise of step^2 / 12 too, but not the sensor's.
+    Only samples count in which the axis with the position ``place`` (steps,) is slow, and in which
+    the replay counts (``off`` is not 0). Second differences isolate white noise: they have six
+    times its variance. The largest ones, at reversals, are left out. The variance step^2 / 12 that
+    comes from rounding to a ``step`` is subtracted.
     """
     counts = (off[2:] != 0) & (off[1:-1] != 0) & (off[:-2] != 0)
     speed = np.abs(place[2:] - place[:-2])
@@ -88,12 +87,12 @@ def unwrap_turns(values: dict[str, Floats], places: Sequence[str], drive: Drive)
     """Unwrap rotary positions in ``values`` in place; return notes on them.
 
     Args:
-        values: signals (rows,) by name, in the drive's units; changed.
-        places: names of the positions among them.
+        values: signals (rows,) by name, in the drive's units; they are changed.
+        places: names of the positions among these signals.
         drive: drive of the signals; positions that are lengths are not rotary.
 
     Raises:
-        ValueError: its position jumps, and not by a whole turn.
+        ValueError: the position that is fed back jumps, but not by a whole turn.
     """
     seen, unit = drive.seen[0], drive.units["error"]
     try:
@@ -101,7 +100,7 @@ def unwrap_turns(values: dict[str, Floats], places: Sequence[str], drive: Drive)
     except ValueError:
         return []
     notes, begun = list[str](), values.get(seen, np.zeros(1))[0]
-    for name in sorted(places, key=seen.__ne__):  # the position first: only it cannot really jump
+    for name in sorted(places, key=seen.__ne__):  # first the one fed back, which cannot jump
         jumps = np.diff(values[name])
         round_ = np.abs(jumps) > 0.5 * turn
         if np.ptp(values[name]) > turn * (1.0 + SAME_SINGLE) or not round_.any():
@@ -125,11 +124,11 @@ def unwrap_turns(values: dict[str, Floats], places: Sequence[str], drive: Drive)
 
 
 def check_travel(one: Column, values: Floats, drive: Drive, duration: float) -> None:
-    """ValueError: a column in its unit does not describe the motion of a machine.
+    """Check that a column in its unit is a possible motion of a machine; ValueError: it is not.
 
     Args:
         one: the column with the assumed unit.
-        values: (steps,) of it, in the unit of the drive's position.
+        values: (steps,) of the column, in the unit of the drive's position.
         drive: drive of the position.
         duration: duration of the log [s].
     """

@@ -23,46 +23,46 @@ from plants import Drive
 
 #: Largest change of a signal that counts as constant, in any unit.
 LEAST = 1e-30
-#: Noise changes by 1.4 times its own size from sample to sample, a motion by far less.
+#: Noise changes by 1.4 times its rms from sample to sample (rms), a motion by less than this share.
 TREMBLES = 0.7
-#: Sample times of drives [s]; the most samples for which a fit can store the slopes.
+#: Shortest and longest sample time [s]; the most samples for which a fit can store the slopes.
 FASTEST, SLOWEST, MOST = 1e-7, 0.5, 100_000
-#: Share of a period by which a time stamp with jitter deviates from its place.
+#: rms deviation of time stamps from even times above which they jitter, as a share of a sample.
 TREMBLE = 0.02
 #: Most consecutive missing samples that are interpolated; at longer gaps the log is cut.
 FILLED = 5
 #: Share of samples with repeated stamps above which the clock is coarser than the samples.
 SHARED = 0.1
-#: Signals that are constant until the next sample.
+#: Signals that stay constant until the next sample.
 HELD = ("command", "added")
-#: Share of its error by which the clock of the stamps is corrected at each of them.
+#: Share of its deviation from each time stamp by which the even clock of ``_places`` is corrected.
 FOLLOWS = 0.1
 
 
 class EvenLog(NamedTuple):
-    """Evenly sampled signals."""
+    """Evenly sampled signals of a log."""
 
     sample_time: float  # [s]
     values: dict[str, Floats]  # (steps,) each, by name
-    usable: Mask  # (steps,) what was recorded: neither filled in nor cut off
-    notes: list[str]  # what was found, for the user
-    step: float | None = None  # of the encoder of the position, as it was recorded
+    usable: Mask  # (steps,) True for samples that were recorded, and are neither wrong nor clipped
+    notes: list[str]  # for the user: what was found and changed
+    step: float | None = None  # of the position's encoder; None: the log does not show it
 
 
 def signals(
     log: Log, drive: Drive, columns: Sequence[Column], sample_time: float | None
 ) -> EvenLog:
-    """The signals of ``drive`` in a log, in its units.
+    """Return the signals of ``drive`` in a log, evenly sampled and in its units.
 
     Args:
         log: log as read from its file.
         drive: drive whose units are used.
         columns: assignments by the user; other columns are assigned by their names, ``position`` or
             ``position_mm`` or ``position [mm]``.
-        sample_time: [s], if neither the file nor a column of times contains it.
+        sample_time: [s]; needed if neither the file nor a column of times contains it.
 
     Raises:
-        ValueError: a column is missing or has another kind of unit; nothing moves.
+        ValueError: a column is missing, has another kind of unit, or does not move plausibly.
     """
     chosen, units = {one.name: one for one in columns}, units_of(drive)
     named = columns_by_name(log, drive, [*chosen])
@@ -105,7 +105,7 @@ def signals(
 
 
 def _check(values: Mapping[str, Floats], drive: Drive) -> None:
-    """ValueError: a required signal is constant."""
+    """Check that command and position vary; ValueError: one is constant, or only noise."""
     position = drive.seen[0]
     for name in ("command", position):
         if name in values and np.ptp(values[name]) <= LEAST:
@@ -120,7 +120,7 @@ def _check(values: Mapping[str, Floats], drive: Drive) -> None:
 
 
 def _trusted(log: EvenLog, drive: Drive) -> EvenLog:
-    """The first samples, if there are too many, with wrong and saturated samples marked."""
+    """Return the log, at most ``MOST`` samples, with wrong and saturated samples marked."""
     name, every, notes = drive.seen[0], log.sample_time, [*log.notes]
     if len(log.usable) > MOST:
         notes.append(f"only the first {MOST * every:.4g} s are used ({MOST} samples)")
@@ -145,15 +145,15 @@ def _trusted(log: EvenLog, drive: Drive) -> EvenLog:
 
 
 #: Saturation: at least so many consecutive samples exactly at the largest or the smallest value.
-#: The change before them exceeds this share of the usual change in a sample, and so many steps of
-#: the encoder: at a reversal that is constant for as long, it is at most two steps.
+#: The change before them exceeds this share of the usual change per sample, and so many steps of
+#: the encoder. (At a reversal that is constant for as long, the change is at most two steps.)
 STAYS, ARRIVES, STEPS = 5, 0.25, 2.5
 
 
 def saturated(values: Floats) -> Mask:
-    """(steps,) samples where a measured signal stops at its extreme during a motion.
+    """Return (steps,) True where a measured signal stops at its extreme during a motion.
 
-    A signal that comes to rest there slows down before; a saturated one does not.
+    A signal that comes to rest slows down before; a saturated signal does not.
     """
     mask = np.zeros(len(values), bool)
     change = np.abs(np.diff(values))
@@ -163,7 +163,7 @@ def saturated(values: Floats) -> Mask:
         ends = np.flatnonzero(np.diff(np.r_[0, values == extreme, 0]))
         for begin, end in zip(ends[::2], ends[1::2], strict=True):
             arrives = change[max(begin - 2, 0) : begin].max(initial=0.0)
-            # In whole steps of an encoder one of them may be just that share of four.
+            # One step of an encoder may be exactly that share of the usual change of four steps.
             if end - begin >= STAYS and arrives > least * (1.0 + SAME_SINGLE):
                 mask[begin:end] = True
     return mask
@@ -172,11 +172,11 @@ def saturated(values: Floats) -> Mask:
 def resampled(
     time: Floats | None, sample_time: float | None, values: dict[str, Floats], breaks: Mask | None
 ) -> EvenLog:
-    """Signals (rows,) at even times.
+    """Return signals (rows,) at even times, in the longest part without a long gap.
 
     Args:
         time: time stamps [s] of the rows; None: rows are ``sample_time`` apart.
-        sample_time: [s]; None: the median distance of the stamps.
+        sample_time: [s]; None: it is found from the time stamps.
         values: the signals by name.
         breaks: (rows,) True where an unknown number of samples is missing before a row.
 
@@ -192,7 +192,7 @@ def resampled(
         part = _longest(sample_time * np.arange(rows, dtype=float), np.flatnonzero(broken), notes)
         values = {name: value[part] for name, value in values.items()}
         return EvenLog(sample_time, values, np.ones(part.stop - part.start, bool), notes)
-    time = time - time[0]  # of seconds since 1970 a period would have few digits
+    time = time - time[0]  # seconds since 1970 would leave few digits for a period
     distance = np.diff(time)
     if (falls := np.flatnonzero(distance < 0)).size:
         raise ValueError(f"its time must not fall (does after sample {falls[0] + 1})")
@@ -218,12 +218,12 @@ def resampled(
 
 
 def _shared(stamps: Floats, rows: Indices, usual: float) -> float:
-    """Sample time of rows with ``stamps`` of a coarse clock, which change at ``rows``.
+    """Return the sample time [s] of a log whose coarse clock changes to ``stamps`` [s] at ``rows``.
 
     Raises:
-        ValueError: the samples are not evenly spaced: some are missing.
+        ValueError: there are too few stamps, or the samples are not even because some are missing.
     """
-    stamps, first = stamps[1:], rows[1:].astype(float)  # the first one may have begun before
+    stamps, first = stamps[1:], rows[1:].astype(float)  # the first may begin before the log
     if len(first) < FEWEST:
         raise ValueError(
             f"must have at least {FEWEST + 1} different time stamps (got {len(first) + 1})"
@@ -239,10 +239,10 @@ def _shared(stamps: Floats, rows: Indices, usual: float) -> float:
 
 
 def _places(time: Floats, period: float) -> Floats:
-    """Index of each stamp among the samples of an even clock.
+    """Return for each time stamp (rows,) the number of its sample on an even clock, from 0.
 
     The clock is corrected by a share of its difference from each stamp, so that neither jitter nor
-    a slightly wrong ``period`` leads to a miscount; a gap is a whole number of periods.
+    a slightly wrong ``period`` leads to a miscount. A gap is a whole number of periods.
     """
     places, now, clock = [0.0], 0.0, float(time[0])
     for stamp in time[1:].tolist():
@@ -254,10 +254,10 @@ def _places(time: Floats, period: float) -> Floats:
 
 
 def _period(place: Floats, time: Floats) -> float:
-    """The shortest number for the sample time that is consistent with the stamps.
+    """Return the sample time with the fewest digits that agrees with the time stamps.
 
-    Its tolerance is three standard errors of the line through them, or a hundredth of a sample over
-    the whole log: controls are made for 0.5 ms and not for 0.499999988 ms.
+    It may differ from the slope of a line through the stamps by three standard errors, or by a
+    hundredth of a sample over the log: controls run every 0.5 ms, and not every 0.499999988 ms.
     """
     period, start = np.polyfit(place, time, 1)
     off = time - start - period * place
@@ -270,8 +270,8 @@ def _period(place: Floats, time: Floats) -> float:
 def _filled(
     time: Floats, period: float, place: Floats, values: dict[str, Floats], notes: list[str]
 ) -> EvenLog:
-    """Signals at every place; missing samples are on a straight line, a command is held."""
-    start = float(np.mean(time - period * place))  # of the clock, by all stamps
+    """Return the signals at all samples; missing ones are interpolated, of ``HELD`` repeated."""
+    start = float(np.mean(time - period * place))  # of the clock, from all stamps
     off = (time - start) / period - place
     tremble = float(np.sqrt(np.mean(off**2)))
     if tremble > TREMBLE:
@@ -294,7 +294,7 @@ def _filled(
 
 
 def _longest(time: Floats, cuts: Indices, notes: list[str]) -> slice:
-    """The longest part between cuts, since the motion during a cut is unknown."""
+    """Return the longest part between ``cuts`` (rows after a gap); ValueError: it is too short."""
     ends = [0, *cuts.tolist(), len(time)]
     parts = [slice(a, b) for a, b in pairwise(ends) if b > a]
     part = max(parts, key=lambda one: one.stop - one.start)

@@ -14,7 +14,7 @@ from plants import in_a_name
 
 #: Possible separators; the comma is tried last, since it may also be part of numbers.
 SEPARATORS = ("\t", ";", ",")
-#: Line of a spreadsheet above its table.
+#: First line of a file for spreadsheets, which names the separator.
 SAID = re.compile(r'"?sep=([\t;,])"?', re.IGNORECASE)
 #: First line of halscope, and of its older versions: the period of the samples.
 SCOPE = re.compile(r"# Sampling period is ([0-9]{1,12}) ns\s*")
@@ -25,7 +25,7 @@ OVERRUN = "overrun"
 UNNAMED = "column_{}"
 #: Number of lines from the middle of a file, away from its head, that determine the columns.
 LOOKED_AT = 20
-#: Texts in the place of a unit of columns without one.
+#: Texts that stand in place of the unit of a column without one.
 NO_UNIT = frozenset({"", "-", "1", "[]", "[-]", "[1]"})
 
 
@@ -38,10 +38,10 @@ class Form(NamedTuple):
 
     separator: str | None  # None: blanks
     columns: int
-    numeric: list[int]  # columns with numbers in them
+    numeric: list[int]  # indices of the columns that hold numbers
 
     def cells(self, line: str) -> list[str]:
-        """Cells of a line; a quoted separator is an ordinary character."""
+        """Return the cells of a line; a quoted separator is an ordinary character."""
         if self.separator is None or '"' not in line:
             return [cell.strip() for cell in line.split(self.separator)]
         try:
@@ -52,29 +52,29 @@ class Form(NamedTuple):
 
     @property
     def commas(self) -> bool:
-        """True if the comma is the decimal sign: semicolons or tabs separate the columns."""
+        """True if a comma may be a decimal sign: semicolons or tabs separate the columns."""
         return self.separator in (";", "\t")
 
     def pointed(self, text: str) -> str:
-        """The text with points for decimal commas."""
+        """Return the text with decimal points in place of decimal commas."""
         return text.replace(",", ".") if self.commas else text
 
     def number(self, cell: str) -> float | None:
-        """A number, also with a decimal comma."""
+        """Return the number in a cell, also with a decimal comma; None: it is not a number."""
         return number_or_none(self.pointed(cell))
 
     def is_data(self, line: str) -> bool:
-        """True for a complete row of numbers."""
+        """Return True for a complete row, with a number in every numeric column."""
         cells = self.cells(line)
         whole = len(cells) == self.columns
         return whole and all(self.number(cells[k]) is not None for k in self.numeric)
 
 
 def text_log(text: str) -> Log:
-    """The log in a text.
+    """Return the log in a text.
 
     Raises:
-        ValueError: it is not a log; the message names the line and the reason.
+        ValueError: the text is not a log; the message has the reason and, if possible, the line.
     """
     lines = text.splitlines()
     first = lines[0] if lines else ""
@@ -88,7 +88,7 @@ def text_log(text: str) -> Log:
 
 
 def _scope(lines: list[str], sample_time: float) -> Log:
-    """halscope: names and numbers between semicolons, settings behind ``#``."""
+    """Return a log of halscope: names, then numbers, between semicolons; # begins a comment."""
     if not lines:
         raise ValueError("line 2: must have the names of the channels")
     names = lines[0].split(";")
@@ -98,7 +98,7 @@ def _scope(lines: list[str], sample_time: float) -> Log:
 
 
 def _old_scope(rows: Rows, sample_time: float) -> Log:
-    """halscope before 2.9: ``name value`` pairs, sample by sample or channel by channel."""
+    """Return a log of halscope before 2.9: pairs ``name value``, by samples or by channels."""
     pairs = list[tuple[str, float, int]]()
     for place, line in rows:
         words = line.split()
@@ -111,7 +111,7 @@ def _old_scope(rows: Rows, sample_time: float) -> Log:
         raise ValueError("must have samples")
     names, by_sample = [*counts], len(pairs) > 1 and pairs[1][0] != pairs[0][0]
     if by_sample and len(pairs) % len(names) == 1 and pairs[-1][0] == names[0]:
-        counts[pairs.pop()[0]] -= 1  # it writes the first channel once more at the end
+        counts[pairs.pop()[0]] -= 1  # halscope writes the first channel once more at the end
     steps, count = counts[names[0]], len(names)
     for k, (name, _, place) in enumerate(pairs if by_sample else []):
         if name != (wanted := names[k % count]):
@@ -126,7 +126,7 @@ def _old_scope(rows: Rows, sample_time: float) -> Log:
 
 
 def _table(rows: Rows, separator: str | None) -> Log:
-    """Columns with or without names; halsampler's has neither names nor separators."""
+    """Return the log in a table with or without names; those of halsampler have no names."""
     lost = [place for place, line in rows if line.strip() == OVERRUN]
     rows = [(place, line) for place, line in rows if line.strip() != OVERRUN]
     if rows and rows[-1][1].strip() == "EOF":  # the last line of TwinCAT's Scope
@@ -136,7 +136,7 @@ def _table(rows: Rows, separator: str | None) -> Log:
     begin = next(whole, len(rows) // 2)
     head, data = rows[:begin], rows[begin:]
     if not head:
-        form = form._replace(numeric=[*range(form.columns)])  # what has no name is no text
+        form = form._replace(numeric=[*range(form.columns)])  # without names all are numbers
     twincat = [form.cells(line)[0] for _, line in head[:2]] == ["Name", "File"]
     names = _scope_names(head, form) if twincat else _names(head, form)
     table = _numbers(data, form, names)
@@ -154,12 +154,12 @@ def _table(rows: Rows, separator: str | None) -> Log:
 
 
 def _rows(lines: Sequence[str], first: int) -> Rows:
-    """Lines that are neither empty nor a comment; ``first`` is the number of the first line."""
+    """Return lines that are neither empty nor comments; the first line has the number ``first``."""
     return [(k, x) for k, x in enumerate(lines, first) if x.strip() and not x.startswith("#")]
 
 
 def _form(lines: Sequence[str], separator: str | None) -> Form:
-    """Format of most of the lines in the middle of a file."""
+    """Return the format of most of the lines in the middle of a file."""
     if not lines:
         raise ValueError("must have samples")
     some = lines[len(lines) // 2 :][:LOOKED_AT]
@@ -180,7 +180,7 @@ def _form(lines: Sequence[str], separator: str | None) -> Form:
 
 
 def _names(head: Rows, form: Form) -> list[str]:
-    """The names directly above the numbers, with the units from a line between, if there is one."""
+    """Return the column names above the numbers, with units if a line between has them."""
     if not head:
         return [UNNAMED.format(k + 1) for k in range(form.columns)]
     above = list[list[str]]()
@@ -197,7 +197,7 @@ def _names(head: Rows, form: Form) -> list[str]:
         many = len(form.cells(last))
         raise ValueError(f"line {place}: has {many} columns, the next one {form.columns}")
     said = [cell for cell in above[0] if form.number(cell) is not None]
-    if said and (len(above) > 1 or said[0] == above[0][0]):  # a row of numbers, one is damaged
+    if said and (len(above) > 1 or said[0] == above[0][0]):  # numbers, one of them is damaged
         wrong = next(x for x in above[0] if form.number(x) is None)
         raise ValueError(f"line {place}: {wrong[:40]!r} must be a finite number")
     units = [x.strip("[]()") for x in above[0] if x not in NO_UNIT]
@@ -207,14 +207,14 @@ def _names(head: Rows, form: Form) -> list[str]:
 
 
 def _with_unit(name: str, unit: str) -> str:
-    """``name [unit]``, unless the name contains the unit already."""
+    """Return ``name [unit]``, or the name alone if it contains the unit or there is no unit."""
     bare = unit.strip("[]()")
     known = unit in NO_UNIT or TOLD.fullmatch(name) or name.endswith(f"_{in_a_name(bare)}")
     return name if known else f"{name} [{bare}]"
 
 
 def _scope_names(head: Rows, form: Form) -> list[str]:
-    """Names of TwinCAT's Scope: lines with a key per group, ``Name a Name b``; time in ms."""
+    """Return the names in TwinCAT's line ``Name a Name b``; "" for a column of times (``Name``)."""
     every = [form.cells(line) for _, line in head]
     keys = {cells[0]: cells for cells in every if len(cells) >= form.columns}
     if "Name" not in keys:
@@ -229,7 +229,7 @@ def _scope_names(head: Rows, form: Form) -> list[str]:
 
 
 def _one_time(form: Form, names: list[str], table: Floats) -> tuple[Form, Floats]:
-    """Keep the first of TwinCAT's time columns, named in ``names``; all have to be equal."""
+    """Keep the first of TwinCAT's time columns, set its name in ``names``; all must be equal."""
     times = [place for place, k in enumerate(form.numeric) if not names[k]]
     if not times:
         raise ValueError("must have a time: export it from Scope with timelines")
@@ -237,14 +237,14 @@ def _one_time(form: Form, names: list[str], table: Floats) -> tuple[Form, Floats
         if (off := np.flatnonzero(table[:, other] != table[:, times[0]])).size:
             why = f"its channels must have the same times (they differ from sample {off[0] + 1} on)"
             raise ValueError(f"{why}; export those of one sample time from Scope")
-    full = abs(table[0, times[0]]) > 1e15  # since 1601
+    full = abs(table[0, times[0]]) > 1e15  # counted from the year 1601
     names[form.numeric[times[0]]] = "time [100 ns]" if full else "time [ms]"
     columns = [k for k in range(len(form.numeric)) if k not in times[1:]]
     return form._replace(numeric=[form.numeric[k] for k in columns]), table[:, columns]
 
 
 def _at(place: int, text: str) -> float:
-    """The number in a line; ValueError: the text is not a number."""
+    """Return the number in a ``text`` of line ``place``; ValueError: it is not a number."""
     try:
         return number_of(text)
     except ValueError as error:
@@ -252,7 +252,7 @@ def _at(place: int, text: str) -> float:
 
 
 def _numbers(rows: Rows, form: Form, names: Sequence[str]) -> Floats:
-    """(rows, columns with numbers)."""
+    """Return the numbers (rows, numeric columns) of a table; ValueError: a line is wrong."""
     if not rows:
         raise ValueError("must have samples")
     lines = [line for _, line in rows]
@@ -275,12 +275,12 @@ def _numbers(rows: Rows, form: Form, names: Sequence[str]) -> Floats:
 
 
 def _check(rows: Rows, form: Form, names: Sequence[str], damaged: bool) -> None:
-    """ValueError: a line differs from the others; the message names it.
+    """Check that all lines are alike; ValueError: one differs, and the message names it.
 
-    It has another length; or, where others have numbers, another decimal sign or (in a ``damaged``
-    table) no number; or a number where others have texts or nothing.
+    It has another number of columns, another decimal sign, a number in a column of texts, or (this
+    is checked if the table is ``damaged``) no number in a numeric column.
     """
-    signs = dict[str, int]()  # where each stands first
+    signs = dict[str, int]()  # decimal sign -> first line that has it
     texts = [k for k in range(form.columns) if k not in form.numeric]
     for place, line in rows:
         cells = form.cells(line)
@@ -303,7 +303,7 @@ def _check(rows: Rows, form: Form, names: Sequence[str], damaged: bool) -> None:
 def _named(
     names: Sequence[str], table: Floats, places: Sequence[int] | None = None
 ) -> dict[str, Floats]:
-    """The columns by their names, which must be distinct; ``places`` are those in the file."""
+    """Return columns by distinct names; one without a name is numbered as ``places`` says."""
     where = range(len(names)) if places is None else places
     cleaned = [x.strip() or UNNAMED.format(k + 1) for x, k in zip(names, where, strict=True)]
     for name, count in Counter(cleaned).items():

@@ -1,8 +1,8 @@
 """Path of a machine of any axes: blocks of a program, one after the other.
 
-The path parameter is the way along which a feed is meant: in X-Y-Z [mm], or in A-B-C [deg] where
-none of X, Y, Z moves. Each axis has its own unit, mm or deg. ``look_ahead`` finds the fastest
-motion along a path.
+Places on the path are given by the *way* from its start, the length along which a feed is meant: in
+X-Y-Z [mm], or in A-B-C [deg] where none of X, Y, Z moves. Each axis has its own unit, mm or deg.
+``look_ahead`` finds the fastest motion along a path.
 """
 
 from collections.abc import Sequence
@@ -20,27 +20,27 @@ class Places(NamedTuple):
     """Points of a path, one column each."""
 
     position: Floats  # (axes, points) [mm or deg]
-    direction: Floats  # (axes, points) by the way
-    bend: Floats  # (axes, points) of the direction, by the way
+    direction: Floats  # (axes, points) derivative of the position by the way
+    bend: Floats  # (axes, points) derivative of the direction by the way
 
 
 class AxisPath(NamedTuple):
-    """Blocks in their order, one column each."""
+    """Path through the blocks of a program, one column each."""
 
-    plane: tuple[int, int]  # rows of X and Y, where there are arcs
-    lines: Integers  # (blocks,) of the program
+    plane: tuple[int, int]  # rows of X and Y in the arrays, if there are arcs
+    lines: Integers  # (blocks,) line of each block in the program
     start: Floats  # (axes, blocks)
-    rate: Floats  # (axes, blocks) by the way; 0 in X and Y of an arc
-    length: Floats  # (blocks,) of the way [mm or deg]
+    rate: Floats  # (axes, blocks) derivative of the position by the way; 0 in X and Y of an arc
+    length: Floats  # (blocks,) way along each block [mm or deg]
     feed: Floats  # (blocks,) [mm/s or deg/s]; infinite for G0
-    linear: Mask  # (blocks,) whether the way is in mm
-    tangent: Floats  # (2, blocks) at the start of an arc, in X-Y; 0 for a line
-    turning: Floats  # (blocks,) of that tangent by the way [rad/mm], to the left if positive
-    knots: Floats  # (blocks + 1,) way up to each block and at its end
+    linear: Mask  # (blocks,) True if the way is in mm
+    tangent: Floats  # (2, blocks) derivative of X and Y at the start of an arc; 0 for a line
+    turning: Floats  # (blocks,) turn of that tangent per way [rad/mm], to the left if positive
+    knots: Floats  # (blocks + 1,) way at the start of each block, and at the end of the path
 
     @classmethod
     def of(cls, blocks: Sequence[Block], axes: Sequence[str]) -> "AxisPath":
-        """Return the path of blocks that move no other ``axes``, names in small letters."""
+        """Return the path of ``blocks``, which move only ``axes`` (names in small letters)."""
         rows = [AXES.index(axis.upper()) for axis in axes]
         start, end = (np.array([getattr(b, key) for b in blocks]).T for key in ("start", "end"))
         length = np.array([block.length for block in blocks])
@@ -51,7 +51,7 @@ class AxisPath(NamedTuple):
                 turning[k] = block.sweep / length[k]
                 radius[:, k] = np.subtract(block.start[:2], block.centre)
         rate = np.where((np.arange(len(AXES)) < 2)[:, None] & (turning != 0), 0.0, end - start)
-        tangent = turning * np.stack([-radius[1], radius[0]])  # of the length that X and Y share
+        tangent = turning * np.stack([-radius[1], radius[0]])  # its length: X-Y's share of the way
         feeds = [np.inf if block.feed is None else block.feed for block in blocks]
         places = [axes.index(axis) if axis in axes else 0 for axis in "xy"]
         return cls(
@@ -68,14 +68,14 @@ class AxisPath(NamedTuple):
         )
 
     def at(self, way: Floats) -> Places:
-        """Return the places after the ``way`` (points,); beyond its ends the path holds."""
+        """Return the places at the ``way`` (points,), limited to the length of the path."""
         k = self.block(way)
         return self.on(k, np.clip(way - self.knots[k], 0.0, self.length[k]))
 
     def tip_at(self, way: Floats) -> Places:
-        """Return ``at``, but for blocks that only turn the places where the linear axes moved last.
+        """Return ``at``, but in a block that only turns, the place where linear axes moved last.
 
-        That is the end of the last block that moves them, or else the start of the first.
+        That is the end of the last block that moves them; before the first of these, its start.
         """
         k, moving = self.block(way), np.flatnonzero(self.linear)
         if not len(moving):
@@ -87,7 +87,7 @@ class AxisPath(NamedTuple):
         return self.on(moved, np.where(self.linear[k], s, stopped))
 
     def block(self, way: Floats) -> Indices:
-        """Return the numbers (points,) of the blocks that contain the places ``way`` (points,)."""
+        """Return the indices (points,) of the blocks that contain the ``way`` (points,)."""
         last = len(self.length) - 1
         return np.clip(np.searchsorted(self.knots, way, side="right") - 1, 0, last)
 
@@ -113,7 +113,7 @@ class AxisPath(NamedTuple):
 
     @property
     def fastest(self) -> Floats:
-        """Largest rate (axes, blocks) of each axis along the path; an upper bound on arcs."""
+        """Largest derivative (axes, blocks) of each axis by the way; on an arc an upper bound."""
         largest = np.abs(self.rate)
         largest[list(self.plane)] += np.hypot(*self.tangent)
         return largest
@@ -166,14 +166,14 @@ def other_axis_fault(blocks: Sequence[Block], axes: Sequence[str]) -> str | None
 
 #: Share of the acceleration that a corner may take, and share that the bend of an arc may take.
 CORNER, BEND = 0.5, 0.4
-#: Factor on the time beside a corner in the limit of the velocity jump there, see below.
+#: The factor 3/4 in the limit of the velocity jump at a corner, see below.
 FREE = 0.75
-#: Number of cycles: speeds that are reached from rest within it are not used to pass a corner.
+#: At a corner that can only be passed slower than so many cycles accelerate to, the motion stops.
 CYCLES = 2.0
 
 
 class Bounds(NamedTuple):
-    """Limits of each axis, (axes,) in mm or deg and s."""
+    """Limits of each axis: arrays (axes,) in mm or deg and s."""
 
     velocity: Floats
     rapid: Floats  # the velocity of G0
@@ -193,12 +193,12 @@ class Bounds(NamedTuple):
 # triangle over the time s about the corner. (Around the tip of the triangle this area is at least
 # 3/4 of s times its height. The times of two corners do not overlap.)
 def look_ahead(path: AxisPath, bounds: Bounds, cycle: float) -> Motion:
-    """Return the fastest motion along ``path`` from rest to rest, by piecewise constant rates.
+    """Return the fastest motion from rest to rest with piecewise constant acceleration.
 
     Args:
-        path: its feeds are not exceeded.
-        bounds: limits that are not exceeded either, see above.
-        cycle: T [s].
+        path: path of the motion; its feeds are not exceeded.
+        bounds: limits of the axes, which are not exceeded either, see above.
+        cycle: cycle T of the interpolator [s].
 
     Raises:
         ValueError: a block is so slow or short that its speed is rounded to 0.
@@ -210,7 +210,7 @@ def look_ahead(path: AxisPath, bounds: Bounds, cycle: float) -> Motion:
     speed = reachable(fastest, 2.0 * rate * length)
     entry, leave = speed[:-1], speed[1:]
     peak = np.minimum(most[block], np.sqrt(rate * length + 0.5 * (entry**2 + leave**2)))
-    if not peak.all():  # rounded away, of what no machine is
+    if not peak.all():  # rounded to 0: no machine has such limits
         raise ValueError("a block of its program cannot start; check its limits")
     speeds = Speeds(entry, leave, peak, (peak - entry) / rate, (peak - leave) / rate)
     motion = phased(np.append(0.0, np.cumsum(length)), length, speeds, rate)
@@ -221,11 +221,11 @@ def look_ahead(path: AxisPath, bounds: Bounds, cycle: float) -> Motion:
 def _pieces(
     path: AxisPath, most: Floats, between: Floats, share: Floats, cycle: float
 ) -> tuple[Indices, Floats, Floats, Floats]:
-    """Cut long blocks into the parts near a corner, within a cycle of it, and the part in between.
+    """Cut each long block into three pieces: within a cycle of each corner, and in between.
 
     Returns:
-        The block of each piece, its length, the largest speeds between pieces, and the share of
-        each piece's acceleration that corners take.
+        Block and length of each piece, the largest speeds at the ends of the pieces
+        (pieces + 1,), and the share of the acceleration that corners take in each piece.
     """
     count, near = len(path.length), most * cycle
     long = path.length > 4.0 * near * (1.0 + SAME)
@@ -244,13 +244,13 @@ def _pieces(
 
 
 def _alone(path: AxisPath, bounds: Bounds) -> tuple[Floats, Floats, Floats]:
-    """Return speed and acceleration limits of each block, and the share that a bend takes."""
+    """Return limits of speed and acceleration of each block, and the share that its bend takes."""
     with np.errstate(divide="ignore"):
         inverse = 1.0 / path.fastest
     limit = np.where(np.isinf(path.feed), bounds.rapid[:, None], bounds.velocity[:, None])
     most = np.minimum(path.feed, (limit * inverse).min(axis=0))
     rate = (bounds.acceleration[:, None] * inverse).min(axis=0)
-    weakest = bounds.acceleration[list(path.plane)].min()  # of X and Y, which an arc needs both
+    weakest = bounds.acceleration[list(path.plane)].min()  # of X and Y: an arc needs both
     bend = np.abs(path.turning) * np.hypot(*path.tangent)
     arc = bend > 0
     rate[arc] = np.minimum(rate[arc], weakest / np.hypot(*path.tangent[:, arc]))
@@ -261,13 +261,13 @@ def _alone(path: AxisPath, bounds: Bounds) -> tuple[Floats, Floats, Floats]:
 def _corners(
     path: AxisPath, bounds: Bounds, cycle: float, most: Floats, rate: Floats
 ) -> tuple[Floats, Floats]:
-    """Return the largest speed of each corner, and the share of the acceleration for it."""
+    """Return the largest speed at each corner, and the share of the acceleration that it takes."""
     ends = np.arange(len(path.length))
     leaving = path.on(ends, path.length).direction[:, :-1]
     jump = np.abs(path.on(ends, np.zeros_like(path.length)).direction[:, 1:] - leaving)
-    # speed * strain <= U min(T, s) is what the module says
+    # The limit of the jump (above ``look_ahead``) is: speed * strain <= U min(T, s).
     strain = (jump / bounds.acceleration[:, None]).max(axis=0) / FREE
-    gain = 2.0 * rate * path.length  # of a block's squared speed at most
+    gain = 2.0 * rate * path.length  # largest change of the squared speed on a block
     sides = [(path.length[k], gain[k], most[k]) for k in (slice(None, -1), slice(1, None))]
     speed = np.minimum(most[:-1], most[1:])
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -277,7 +277,7 @@ def _corners(
             square = 2.0 * half * (half / (more + np.hypot(more, 2.0 * half)))
             speed = np.where(strain > 0.0, np.minimum(speed, np.sqrt(square)), speed)
     slow = speed * (1.0 + SAME) < CYCLES * cycle * np.minimum(rate[:-1], rate[1:])
-    other = path.linear[:-1] != path.linear[1:]  # mm are no degrees
+    other = path.linear[:-1] != path.linear[1:]  # the way changes between mm and deg: stop
     speed = np.where(slow | other, 0.0, speed)
     peaks = [np.minimum(top, np.sqrt(speed**2 + more)) for _, more, top in sides]
     times = [length / peak for (length, *_), peak in zip(sides, peaks, strict=True)]

@@ -1,8 +1,8 @@
 """Contour error: distance of the machine from the path, wherever the machine is along it.
 
-The error is positive to the left of the motion, except that of a whole circle, which is the
-distance from the centre less the radius: positive outside (JK04 section 5). All lengths are in
-the unit of the positions [mm].
+The error is positive to the left of the motion. For a ``Circle`` it is the distance from the
+centre less the radius, so positive outside (JK04 section 5). Lengths are in mm unless another unit
+is given.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,8 +17,8 @@ from hfc_design.motion.reversals import Glitch, glitches, undisturbed
 from hfc_design.motion.samples import PathFrame, PathSamples
 from hfc_design.motion.trajectories import Circle, Line, Trajectory
 
-#: Reach of the search for the nearest point before and after the commanded place, in tracking
-#: errors: far enough for a machine halfway around a corner of 30 deg, but not on another branch.
+#: The nearest point is searched up to so many tracking errors before and after the commanded place:
+#: far enough for a machine halfway around a corner of 30 deg, but not on another branch.
 REACH = 4.0
 
 
@@ -30,15 +30,15 @@ def local_error(
     curvature: Scalar,
     root: Callable[[Scalar], Scalar] = lambda x: x**0.5,
 ) -> Scalar:
-    """Return the distance to the left of the line or circle that touches the path where commanded.
+    """Return the distance from the line or circle that touches the path at the commanded place.
 
-    Exact for lines and circles; for floats, arrays and traced scalars alike.
+    It is positive to the left, and exact on lines and circles. Numbers may be arrays, or traced.
 
     Args:
         dx, dy: actual less commanded position.
         tx, ty: unit tangent of the path there.
         curvature: of the path there, positive to the left.
-        root: the square root of such scalars.
+        root: function for the square root of these numbers.
     """
     f = (tx * dy - ty * dx) - 0.5 * curvature * (dx * dx + dy * dy)
     # The root is the distance from the centre over the radius; at the centre it may round below 0.
@@ -46,20 +46,20 @@ def local_error(
 
 
 class Off(NamedTuple):
-    """Deviation of a machine from its path, as known at the commanded place."""
+    """Deviation of a machine from its path, computed from the path at the commanded place."""
 
-    contour: Scalar  # in X-Y positive to the left, else a distance
-    orientation: Scalar | None  # of its rotary axes, a distance; None: it has none
-    along: Scalar  # the path, positive ahead
+    contour: Scalar  # error; in X-Y positive to the left, else a distance
+    orientation: Scalar | None  # error of the rotary axes, a distance; None: there are none
+    along: Scalar  # error along the path, positive ahead
 
 
 def off_path(path: PathFrame, off: Sequence[Scalar]) -> Off:
-    """Return the errors of a machine that is ``off`` the commanded place of each axis by so much.
+    """Return the errors of a machine whose axes are ``off`` their commanded places by so much.
 
-    In X-Y the contour error is ``local_error``; with other axes it is the distance in X-Y-Z to the
-    parabola that touches the path there, or, if only rotary axes move, to the one that touched the
-    last motion of the others. The orientation is compared with that at the machine's place along
-    the path. Lengths and angles are in the units of the axes.
+    In X-Y the contour error is ``local_error``. With other axes it is the distance in X-Y-Z from
+    the parabola that touches the path there; while only rotary axes move, from the parabola where
+    linear axes moved last. The orientation is compared with that of the path at the machine's
+    place along it. Lengths and angles are in the units of the axes.
     """
     rows = [*zip(off, path.tangent, path.bend or (0.0,) * len(off), strict=True)]
     linear = [row for row in rows if row[2] is not None]
@@ -79,7 +79,7 @@ def _length(vector: Sequence[Scalar]) -> Scalar:
 
 
 class Nearest(NamedTuple):
-    """Points of the contour nearest to the machine."""
+    """Points of the path that are nearest to the machine, and its error."""
 
     point: Floats  # (2, steps) [mm]
     error: Floats  # (steps,) contour error [mm]
@@ -87,10 +87,10 @@ class Nearest(NamedTuple):
 
 @np.errstate(invalid="ignore")  # a diverged motion, or one at the centre
 def nearest(trajectory: Trajectory, samples: PathSamples, actual: Floats) -> Nearest:
-    """Return nearest points and contour error of the actual positions (2, steps) [mm].
+    """Return the nearest points and the contour error of the actual positions (2, steps) [mm].
 
-    Circle: distance from the centre less the radius. Line: distance to the left of the line
-    without its ends. Otherwise ``nearest_on_path``.
+    On a ``Circle`` the error is the distance from the centre less the radius, on a ``Line`` the
+    distance to the left of the endless line. On others see ``nearest_on_path``.
     """
     if isinstance(trajectory, Circle):
         distance = np.hypot(actual[0], actual[1])
@@ -108,11 +108,11 @@ def nearest(trajectory: Trajectory, samples: PathSamples, actual: Floats) -> Nea
 
 @np.errstate(invalid="ignore")  # a diverged motion
 def nearest_on_path(path: Path, samples: PathSamples, actual: Floats) -> Nearest:
-    """Return the nearest point of the path and the distance to it, positive to the left.
+    """Return the nearest points of the path and the distances to them, positive to the left.
 
     Only the path within ``REACH`` tracking errors of the commanded place counts, so that another
-    branch that passes by is not taken for the one being cut. At a corner the left side is that
-    of both of its segments together.
+    branch that passes by is not taken for the one being cut. If both segments at a corner are
+    equally near, the side is that of the sum of both.
     """
     off = actual - samples.position
     search_range = REACH * np.hypot(off[0], off[1])
@@ -143,7 +143,7 @@ def nearest_on_path(path: Path, samples: PathSamples, actual: Floats) -> Nearest
 
 
 def _nearest_on(path: Path, k: Indices, actual: Floats, lowest: Floats, highest: Floats) -> Floats:
-    """Return the length on segment ``k``, between two lengths, nearest to ``actual``."""
+    """Return the length along segment ``k``, ``lowest`` to ``highest``, nearest to ``actual``."""
     off = actual - path.start[:, k]
     tangent, curvature = path.tangent[:, k], path.curvature[k]
     ahead = tangent[0] * off[0] + tangent[1] * off[1]
@@ -170,10 +170,10 @@ class Contour(NamedTuple):
     glitches: list[Glitch]  # errors in the unit
     undisturbed: Mask  # (steps,) see ``undisturbed``
     unit: str  # of the positions
-    millimetres: float  # of the unit
-    known: Floats | None = None  # (steps,) error by the encoders, where others are fed back [unit]
-    turned: Floats | None = None  # (steps,) error of the orientation [deg], of rotary axes
-    turned_glitches: list[Glitch] = []  # after one of these reverses [deg]
+    millimetres: float  # length of the unit [mm]
+    known: Floats | None = None  # (steps,) error of the positions fed back, if they differ [unit]
+    turned: Floats | None = None  # (steps,) error of the orientation (rotary axes) [deg]
+    turned_glitches: list[Glitch] = []  # in ``turned``, after a rotary axis reverses [deg]
 
     @property
     def any_axes(self) -> bool:
@@ -182,7 +182,7 @@ class Contour(NamedTuple):
 
     @property
     def planar(self) -> Trajectory:
-        """Path of an X-Y machine, which can be drawn."""
+        """The trajectory of an X-Y machine, which can be drawn; not for a program of any axes."""
         assert isinstance(self.trajectory, Trajectory)
         return self.trajectory
 
@@ -212,7 +212,7 @@ def contour(
 
 
 def during(contour: Contour, time: Floats, part: slice) -> Contour:
-    """Return errors and glitches of a contour in a part of ``time`` (steps,) [s]."""
+    """Return a contour with only the samples and glitches in a part of ``time`` (steps,) [s]."""
     part_time = time[part]
 
     def inside(all_of_them: list[Glitch]) -> list[Glitch]:

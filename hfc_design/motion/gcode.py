@@ -1,9 +1,9 @@
 """Reader of the motion of any axes in a G-code program.
 
-The language is the part of RS274/NGC that moves X, Y, Z [mm or inch], A, B, C [deg]: G0 to G3, arcs
-in X-Y by their centre (I, J) or their radius (R) with any motion of the others beside it, G20/G21
-units, G90/G91 positions, G93/G94 F. Words that move no axis are ignored: N, O, S and T words,
-``IDLE_M``, ``IDLE_G``; ``notes`` lists those on which machines may differ. Everything else is
+The language is the part of RS274/NGC that moves X, Y, Z [mm or inch] and A, B, C [deg]: G0 to G3,
+with arcs in X-Y by centre (I, J) or radius (R) while other axes may move too; G20/G21 for units,
+G90/G91 for positions, G93/G94 for feeds. Words that move no axis are ignored: N, O, S and T words,
+``IDLE_M``, ``IDLE_G``; ``notes`` lists codes on which machines may differ. Everything else is
 refused: a program that is understood in part would be simulated wrongly.
 """
 
@@ -79,7 +79,7 @@ IDLE_G, IDLE_M, ENDS = frozenset(CODES["idle_g"]), frozenset(CODES["idle_m"]), f
 #: Accepted codes that a machine may treat differently -> how they are read.
 NOTED_G = {int(code): how for code, how in CODES["noted_g"].items()}
 NOTED_BLOCK = "blocks that begin with / are carried out"
-#: Words that belong to a code, and mean nothing without it.
+#: Code -> letters of the words that belong to it, and mean nothing without it.
 PARAMETERS = {float(code): letters for code, letters in CODES["parameters"].items()}
 #: Refused codes, with the reason.
 OTHERS: dict[str, dict[float, str]] = {
@@ -201,7 +201,7 @@ def read(file: AnyFile, rapid: float) -> tuple[Segment, ...]:
     """Return the ``segments`` of the program in ``file``.
 
     Raises:
-        UserError: the file cannot be read or used; the line says file, line number and why.
+        UserError: the file cannot be read or used; the message has file, line number and reason.
     """
     with as_user_error(file):
         return segments(text_of(file), rapid)
@@ -211,10 +211,10 @@ def read(file: AnyFile, rapid: float) -> tuple[Segment, ...]:
 def segments(text: str, rapid: float) -> tuple[Segment, ...]:
     """Return the X-Y segments of the program ``text``; G0 moves at ``rapid`` [mm/min].
 
-    The machine starts at X0 Y0; Z in a block of its own is ignored.
+    The machine starts at X0 Y0. Motion of Z is ignored, except at a feed together with X or Y.
 
     Raises:
-        ValueError: the program cannot be used, or moves something else.
+        ValueError: the program cannot be used, moves another axis, or has no motion in X or Y.
     """
     moves = []
     for block in blocks(text):
@@ -267,20 +267,20 @@ class _Machine:
     """Modal state of the machine between blocks."""
 
     place: Places  # as programmed [mm, deg]
-    reached: Places  # X and Y, off it by the rounding of an arc's radii [mm]
+    reached: Places  # X and Y [mm]; differs from ``place`` by the rounding of radii of arcs
     absolute: bool = True
-    centres: bool = False  # G90.1: I and J are places
+    centres: bool = False  # G90.1: I and J are positions of a centre
     plane: int = 17
     unit: float = 1.0  # [mm]
-    inverse: bool = False  # G93: F is blocks a minute
+    inverse: bool = False  # G93: F is 1 / (time of the block) [1/min]
     mode: int | None = None  # of motion: G0 to G3
-    feed: float | None = None  # [units of length/min, deg/min]
+    feed: float | None = None  # [units of length/min, deg/min; 1/min under G93]
     done: list[Block] = field(default_factory=list)
 
     def ended_by(
         self, number: int, g_codes: list[float], m_codes: list[float], words: Words
     ) -> bool:
-        """Carry out a block in line ``number``; return whether it ends the program."""
+        """Carry out the block in line ``number``; return True if it ends the program."""
         self._set_modes(g_codes)
         for code in m_codes:
             if code not in IDLE_M | ENDS:
@@ -308,15 +308,15 @@ class _Machine:
             elif code in PLANES:
                 self.plane = int(code)
             elif code in UNITS and self.unit != UNITS[int(code)]:
-                self.unit, self.feed = UNITS[int(code)], None  # so is one in another unit
+                self.unit, self.feed = UNITS[int(code)], None  # a feed in the old unit is void
             elif code in (93, 94) and self.inverse != (code == 93):
-                self.inverse, self.feed = code == 93, None  # a feed in the other sense is none
+                self.inverse, self.feed = code == 93, None  # so is a feed in the old sense
             elif code not in IDLE_G and code not in NOTED_G and code not in (0, 1, 2, 3):
                 raise ValueError(f"G{code:g}: unknown code")
 
     def _move(self, number: int, words: Words) -> None:
         if self.mode is None and self.feed is not None:
-            self.mode = 1  # as controls are that wake up so
+            self.mode = 1  # as on controls that start with G1
         if self.mode is None:
             raise ValueError("moves before any of G0, G1, G2, G3")
         end = tuple(
@@ -397,7 +397,7 @@ def _centre(start: Point, end: Point, words: Words, ccw: bool) -> Point:
 
 
 def _sweep(start: Point, end: Point, centre: Point, ccw: bool) -> float:
-    """Return the angle [rad] from start to end about the centre, ccw > 0; a full turn if equal."""
+    """Return the angle [rad] of an arc, ccw > 0; a full turn if start and end are the same."""
     if dist(start, end) < SAME_PLACE:
         return 2 * pi if ccw else -2 * pi
     turn = atan2(end[1] - centre[1], end[0] - centre[0])

@@ -1,4 +1,4 @@
-"""Limits of a machine's axes on a program, as a user writes them."""
+"""Limits of a machine's axes in a program, as a user writes them."""
 
 from collections.abc import Mapping, Sequence
 from typing import Annotated, NamedTuple, TypeAlias
@@ -14,7 +14,7 @@ class MovedAxis(NamedTuple):
     """Axis of the machine as a program needs it."""
 
     name: str
-    unit: float  # of its position [mm or deg]; 0: neither a length nor an angle
+    unit: float  # size of the unit of position [mm or deg]; 0: neither a length nor an angle
     rotary: bool
     top_speed: float  # of its drive [mm/s or deg/s]
 
@@ -24,7 +24,7 @@ class AxisLimits(Record):
 
     #: largest velocity [(mm or deg)/min]; left out: that of the drive
     velocity_per_min: Positive | None = None
-    rapid_per_min: Positive | None = None  # velocity of G0 [(mm or deg)/min]; left out: the same
+    rapid_per_min: Positive | None = None  # velocity of G0 [(mm or deg)/min]; left out: the largest
     #: largest acceleration; this, or acceleration_time_s [(mm or deg)/s2]
     acceleration_per_s2: Positive | None = None
     acceleration_time_s: Positive | None = None  # time to reach the velocity of G0 [s]
@@ -45,7 +45,7 @@ class AxisLimits(Record):
         return self
 
     def bounds(self, top_speed: float) -> tuple[float, float, float]:
-        """Return velocity, G0 velocity and acceleration in mm or deg and s for a ``top_speed``."""
+        """Return velocity (default: ``top_speed``), G0 velocity, acceleration [mm or deg, s]."""
         velocity = top_speed
         if self.velocity_per_min is not None:
             velocity = self.velocity_per_min / 60.0
@@ -62,5 +62,5 @@ Limits: TypeAlias = dict[Label, AxisLimits]
 
 
 def bounds_of(limits: Mapping[str, AxisLimits], axes: Sequence[MovedAxis]) -> Bounds:
-    """Return the limits of all axes."""
+    """Return the limits of all ``axes``, in their order."""
     return Bounds(*np.array([limits[axis.name].bounds(axis.top_speed) for axis in axes]).T)

@@ -1,7 +1,7 @@
 """Paths of straight lines and circular arcs in the X-Y plane, and motion along them.
 
-One formula serves both. From a start with unit tangent t, a segment of curvature c has turned by
-c s after the length s; its chord has turned by half of that and is s sinc(c s / 2) long.
+One formula serves lines and arcs. After a length s from its start, a segment of curvature c has
+turned by the angle c s. Its chord has turned by c s / 2, and is s sinc(c s / 2) long.
 """
 
 from collections.abc import Iterable
@@ -16,7 +16,7 @@ Point = tuple[float, float]
 
 
 class Segment(NamedTuple):
-    """Line, or arc of any number of turns."""
+    """Straight line, or arc of any number of turns."""
 
     start: Point  # [mm]
     tangent: Point  # unit vector at the start
@@ -43,8 +43,8 @@ def arc(start: Point, centre: Point, sweep: float, feed: float) -> Segment:
 
 #: Largest distance of two points that count as the same place [mm].
 SAME_PLACE = 1e-6
-#: Largest change of direction that is no corner [deg]; programs print three digits of a mm. A
-#: circle of 360 lines changes it by 1, but for rounding, and has no corner.
+#: Largest change of direction that does not count as a corner [deg]. A circle of 360 lines changes
+#: it by 1 deg, but for rounding (programs have three digits of a mm), and has no corners.
 CORNER = 1.000001
 
 
@@ -57,7 +57,7 @@ class Places(NamedTuple):
 
 
 class Path(NamedTuple):
-    """Segments in their order, one column each."""
+    """Path through segments in their order, one column each."""
 
     start: Floats  # (2, segments) [mm]
     tangent: Floats  # (2, segments)
@@ -77,13 +77,13 @@ class Path(NamedTuple):
         return cls(start, tangent, length, curvature, feed, knots)
 
     def at(self, distance: Floats) -> Places:
-        """Return the places after ``distance`` (points,) [mm]; beyond its ends the path holds."""
+        """Return the places at ``distance`` (points,) [mm], limited to the length of the path."""
         distance = np.clip(distance, 0.0, self.knots[-1])
         k = self.segment(distance)
         return self.on(k, distance - self.knots[k])
 
     def segment(self, distance: Floats) -> Indices:
-        """Return (points,) the segment at a ``distance`` (points,) [mm] along the path."""
+        """Return the index (points,) of the segment at a ``distance`` (points,) [mm]."""
         last = len(self.length) - 1
         return np.clip(passed(self.knots, distance) - 1, 0, last)
 
@@ -95,7 +95,7 @@ class Path(NamedTuple):
         return Places(self.start[:, k] + chord, turned(tangent, 2 * half), curvature)
 
     def corners(self) -> Mask:
-        """Return (segments - 1,) true where the direction jumps between a segment and the next."""
+        """Return (segments - 1,) True where the direction jumps from a segment to the next."""
         before = turned(self.tangent, self.curvature * self.length)[:, :-1]
         after = self.tangent[:, 1:]
         cross = before[0] * after[1] - before[1] * after[0]
@@ -103,7 +103,7 @@ class Path(NamedTuple):
         return np.asarray(np.abs(jump) > np.radians(CORNER))
 
     def largest_components(self) -> Floats:
-        """Return (2, segments) the largest share of the speed that X and Y get on each segment."""
+        """Return (2, segments) the largest share of X and Y in the speed along each segment."""
         first = np.arctan2(self.tangent[1], self.tangent[0])
         ends = np.sort([first, first + self.curvature * self.length], axis=0) / pi
         shifted = np.stack([ends, ends - 0.5])  # an axis moves fastest where this is an integer
@@ -122,7 +122,7 @@ class Motion(NamedTuple):
     """Motion with trapezoidal velocity: three phases per segment (up, even, down), then rest."""
 
     start: Floats  # (phases,) when each begins [s]
-    distance: Floats  # (phases,) way until then [mm]
+    distance: Floats  # (phases,) way along the path at its start [mm]
     speed: Floats  # (phases,) at its start [mm/s]
     acceleration: Floats  # (phases,) [mm/s2]
     peak: Floats  # (segments,) largest speed on each segment [mm/s]
@@ -138,10 +138,7 @@ class Motion(NamedTuple):
         return float(self.start[-1])
 
     def at(self, time: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return distance [mm], speed [mm/s], acceleration along it [mm/s2] at ``time`` [s].
-
-        In closed form from the phase.
-        """
+        """Return distance [mm], speed [mm/s], acceleration along the path [mm/s2] at a time [s]."""
         k = np.maximum(passed(self.start, time) - 1, 0)
         since = np.maximum(time, 0.0) - self.start[k]
         acceleration = self.acceleration[k]
@@ -153,13 +150,13 @@ class Motion(NamedTuple):
 def motion(path: Path, acceleration: float | None) -> Motion:
     """Return the fastest motion along ``path`` from rest to rest.
 
-    The motion stops where the direction jumps, and passes from segment to segment at the lower of
-    both feeds, or slower where that leaves too little way to brake. The limit is that of the
-    acceleration along the path; the centripetal acceleration of an arc comes on top.
+    The motion stops where the direction jumps. Elsewhere it passes from segment to segment at the
+    lower of both feeds, or slower where that leaves too little way to brake. Only the acceleration
+    along the path is limited; the centripetal acceleration of an arc is not.
 
     Args:
         path: the segments and their feeds.
-        acceleration: its limit [mm/s2]; None for full feed at once, corners included.
+        acceleration: limit [mm/s2]; None: full feed at once on every segment, also at corners.
     """
     feed = path.feed / 60.0
     if acceleration is None:
@@ -184,13 +181,13 @@ class Speeds(NamedTuple):
     leave: Floats
     peak: Floats
     up: Floats  # time of acceleration
-    down: Floats  # and of braking
+    down: Floats  # time of braking
 
 
 def phased(knots: Floats, length: Floats, speeds: Speeds, rate: Floats) -> Motion:
-    """Return the motion through segments of this ``length`` between ``knots`` (segments + 1,) [mm].
+    """Return the motion through segments with ``length`` (segments,) and ``knots`` as in ``Path``.
 
-    Each segment accelerates and brakes by its ``rate`` [mm/s2].
+    ``rate`` (segments,) is the acceleration and the deceleration in each segment [mm/s2].
     """
     entry, leave, peak, up, down = speeds
     rise = 0.5 * (entry + peak) * up
@@ -209,7 +206,7 @@ def phased(knots: Floats, length: Floats, speeds: Speeds, rate: Floats) -> Motio
 
 
 def reachable(most: Floats, gain: Floats) -> Floats:
-    """Return (segments + 1,) speeds [mm/s] between segments, ``most`` where the way is long enough.
+    """Return the speeds (segments + 1,) [mm/s] at the ends of segments, ``most`` where possible.
 
     The square of the speed changes by at most ``gain`` (segments,) on each segment.
     """

@@ -19,25 +19,25 @@ class Window(Record):
     to_s: Positive | None = None  # end [s]; left out: that of the motion
 
     def part(self, simulation: Simulation) -> slice:
-        """Return the samples of the window."""
+        """Return the window as a slice of the samples of a simulation."""
         time = simulation.time
         end = None if self.to_s is None else first_at(time, self.to_s)
         return slice(first_at(time, self.from_s), end)
 
 
 def settled_samples(time: Floats, settled_after: float) -> Mask:
-    """Return the samples at which the loop should have settled; all if the motion ends before."""
+    """Return (steps,) True where the loop should have settled; all if the motion ends before."""
     goes_on = time[-1] > settled_after * (1.0 + SAME)
     return np.arange(len(time)) >= (first_at(time, settled_after) if goes_on else 0)
 
 
 def late_samples(time: Floats) -> Floats:
-    """Return 1 and 2 in the two halves of the last quarter of a motion, 0 before."""
+    """Return (steps,) 1 and 2 in the two halves of the last quarter of a motion, 0 before it."""
     left = len(time) - np.arange(len(time))  # samples from here to the end
     return np.where(8 * left <= len(time), 2.0, np.where(4 * left <= len(time), 1.0, 0.0))
 
 
 def slides(rate: Floats) -> Mask:
-    """Return where an axis moves at half its largest speed or faster: not at rest or a reversal."""
+    """Return (steps,) True where an axis has at least half its largest speed (so no reversal)."""
     speed = np.abs(rate)
     return (speed > 0.0) & (speed * (1.0 + SAME) >= 0.5 * speed.max(initial=0.0))

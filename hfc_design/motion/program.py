@@ -15,7 +15,7 @@ from hfc_design.motion.samples import AxisSamples, PathFrame, PathSamples
 
 
 class Program(NamedTuple):
-    """Commanded places of a machine over time."""
+    """Motion of a machine through a program: the path, and the commanded places over time."""
 
     axes: tuple[MovedAxis, ...]
     path: AxisPath
@@ -39,7 +39,7 @@ class Program(NamedTuple):
         return np.array([not axis.rotary for axis in self.axes])
 
     def cutting(self, way: Floats) -> Mask:
-        """Return (points,) true where the path has a feed and is no rapid."""
+        """Return (points,) True where the block at the ``way`` has a feed, and is not a G0."""
         return np.isfinite(self.path.feed[self.path.block(way)])
 
     def samples(self, time: Floats) -> PathSamples:
@@ -51,7 +51,7 @@ class Program(NamedTuple):
         return PathSamples(position, speed * direction, direction, curvature, way, acceleration)
 
     def axis_samples(self, time: Floats) -> tuple[list[AxisSamples], PathFrame]:
-        """Return every axis in units of its drive, not yet in the drive's steps, and the path."""
+        """Return the samples of each axis in units (not yet steps) of its drive, and the path."""
         samples, units = self.samples(time), [axis.unit for axis in self.axes]
         rows = zip(samples.position, samples.velocity, samples.acceleration, units, strict=True)
         axes = [AxisSamples(x / u, v / u, None, None, x / u, a / u) for x, v, a, u in rows]
@@ -81,10 +81,10 @@ def program(
     limits: Mapping[str, AxisLimits],
     cycle: float,
 ) -> Program:
-    """Return the motion through ``blocks`` every ``cycle`` [s], with axes in the machine's order.
+    """Return the motion through ``blocks``, interpolated every ``cycle`` [s], of these ``axes``.
 
     Raises:
-        ValueError: the blocks move another axis, or leave the travel of one; the line says where.
+        ValueError: there are no blocks, they move another axis, or an axis leaves its travel.
     """
     names = [axis.name for axis in axes]
     if not blocks:
@@ -99,7 +99,7 @@ def program(
 
 
 def top_speed_fault(program: Program) -> str | None:
-    """Return a line if a program asks an axis for more than its drive's speed, else None."""
+    """Return a line if a program needs an axis to exceed the top speed of its drive, else None."""
     wanted = program.path.fastest * program.motion.peak
     reached = np.array([[axis.top_speed] for axis in program.axes])
     if not (wanted > reached * (1.0 + SAME)).any():

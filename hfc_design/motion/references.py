@@ -45,20 +45,20 @@ CsvFile = Annotated[WRITTEN, readable_by(table_of)]
 
 
 class Profile(Record):
-    """Reference of one axis; each kind is another motion."""
+    """Reference of one axis; each subclass is a kind of motion."""
 
     def samples(self, time: Floats) -> AxisSamples:
-        """Return the reference at ``time`` (steps,) [s], not yet in steps of its drive."""
+        """Return the reference at ``time`` (steps,) [s], not yet in steps of the drive."""
         place, rate, acceleration = self._motion(time)
         return AxisSamples(place, rate, None, None, place, acceleration)
 
     @abstractmethod
     def _motion(self, time: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return place, rate, acceleration; the last two are 0 at jumps, the last at corners."""
+        """Return place, rate (0 at jumps) and acceleration (0 at jumps and corners)."""
 
 
 class Table(Profile):
-    """Two columns of a CSV file, constant at both ends.
+    """Two columns of a CSV file; before the first row and after the last one the axis rests.
 
     Between rows the table is linear, or a cubic spline, which has an acceleration to feed forward.
     """
@@ -77,11 +77,11 @@ class Table(Profile):
             way, begun = spline(times, values), passed(times, time)
             place = way(np.clip(time, times[0], times[-1]))
             moves = (begun > 0) & (begun < len(times))
-            now = np.maximum(time, times[begun - 1])  # of a row that it has come to the next piece
+            now = np.maximum(time, times[begun - 1])  # at a row, in the piece after it
             rate, change = (np.where(moves, way(now, order), 0.0) for order in (1, 2))
             return place, rate, change
         slopes = np.concatenate([[0.0], np.diff(values) / np.diff(times), [0.0]])
-        rate = slopes[passed(times, time)]  # at a corner the next slope
+        rate = slopes[passed(times, time)]  # at a row, the slope after it
         return np.interp(time, times, values), rate, np.zeros_like(time)
 
 
@@ -138,7 +138,7 @@ class Trapezoidal(Profile):
 
     @property
     def _parts(self) -> tuple[float, float, float]:
-        """Return largest velocity, time of acceleration [s] and time at constant velocity [s]."""
+        """Largest velocity, time of acceleration [s] and time at constant velocity [s]."""
         distance = abs(self.distance)
         peak = min(self.velocity, np.sqrt(distance * self.acceleration))
         rise = peak / self.acceleration
@@ -186,7 +186,7 @@ class AxisLoad(Record):
     file: CsvFile | None = None
 
     def at(self, time: Floats) -> Floats:
-        """Return the load at ``time``."""
+        """Return the load (steps,) at ``time`` (steps,) [s]."""
         total = np.full_like(time, self.constant)
         for sine in self.sines:
             total += sine.amplitude * np.sin(sine.frequency_rad_s * time + sine.phase_rad)

@@ -1,4 +1,4 @@
-"""Reversals of axes: the quadrant glitches after them, and the undisturbed parts of a path."""
+"""Reversals of axes: the errors after them (quadrant glitches), and undisturbed parts of a path."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -10,21 +10,21 @@ from hfc_design.motion.samples import PathSamples
 
 #: Time from a sign change of an axis' velocity in which its quadrant glitch is looked for [s].
 GLITCH_TIME = 1.0
-#: Share of the largest velocity below which a component is rounding of a tangent, no motion.
+#: Share of the largest velocity below which the velocity of an axis is only rounding of a tangent.
 MOVES = 1e-9
 
 
 class Glitch(NamedTuple):
-    """Glitch after the reversal of an axis."""
+    """Contour error after the reversal of an axis."""
 
     time_s: float  # of the first sample with the new direction
-    axis: str  # that reverses
-    error: float  # the contour error that is largest in magnitude soon after
-    worst_s: float  # when that is
+    axis: str  # the axis that reverses
+    error: float  # the contour error that is largest in magnitude soon after the reversal
+    worst_s: float  # time of this error [s]
 
 
 def glitches(time: Floats, samples: PathSamples, error: Floats) -> list[Glitch]:
-    """Return the sign changes of the commanded velocities with their effect on the contour error.
+    """Return the reversals of commanded velocities, each with the contour error that follows it.
 
     Args:
         time: (steps,) [s].
@@ -48,18 +48,18 @@ def after_reversals(time: Floats, velocities: Mapping[str, Floats], error: Float
 
 
 def turns(reference: Floats) -> list[int]:
-    """Return the samples at which a ``reference`` (steps,) turns back, and that of its end."""
+    """Return the indices of the samples at which a ``reference`` (steps,) turns back, or ends."""
     moving = np.flatnonzero(change := np.diff(reference))
     back = np.flatnonzero(np.diff(np.sign(change[moving])))
-    # a change from sample to sample is between them: it turns where the last change had led
+    # Changes are between samples: the turning point is the sample to which the last change led.
     return [*(moving[back] + 1).tolist(), *(moving[-1:] + 1).tolist()]
 
 
 def turned_back(reference: Floats) -> tuple[Floats, Floats]:
-    """Return the last turning point or end of a ``reference`` (steps,), and the side it came from.
+    """Return the last turning point (or end) of a ``reference`` (steps,), and how it was reached.
 
     Returns:
-        The place (steps,); 1 or -1 where the axis came from below or above, 0 before the first.
+        Position of this point (steps,); 1 or -1 if the axis came from below or above. First both 0.
     """
     change = np.diff(reference)
     end, side = np.zeros(len(reference)), np.zeros(len(reference))
@@ -69,12 +69,12 @@ def turned_back(reference: Floats) -> tuple[Floats, Floats]:
 
 
 def reversing(time: Floats, velocities: Floats) -> Mask:
-    """Return (steps,) true within ``GLITCH_TIME`` after a reversal in ``velocities`` of axes."""
+    """Return (steps,) True within ``GLITCH_TIME`` after a reversal in ``velocities`` of axes."""
     return _within(time, velocities, first=1)
 
 
 def undisturbed(time: Floats, velocities: Floats, window: float = GLITCH_TIME) -> Mask:
-    """Return (steps,) true outside a ``window`` [s] after every start or reversal of an axis."""
+    """Return (steps,) True except within ``window`` [s] after the start or reversal of an axis."""
     return ~_within(time, velocities, 0, window)
 
 

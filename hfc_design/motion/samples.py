@@ -18,33 +18,33 @@ MAX_SUBSTEPS = 1000
 class AxisSamples(NamedTuple):
     """Inputs of one axis, one column per control sample."""
 
-    reference: Series  # (steps,) what the control is told, in whole steps if it counts
+    reference: Series  # (steps,) set point of the control, in whole steps if it counts in steps
     reference_rate: Series  # (steps,)
-    loads: Series  # (2 substeps + 1, steps) load where the integrator needs it
-    noise: Series  # (encoders + readings, steps) added to what they read
+    loads: Series  # (2 substeps + 1, steps) load at the times of the integrator
+    noise: Series  # (encoders + readings, steps) added to what the sensors read
     target: Series  # (steps,) where the axis should be
     reference_acceleration: Series | None = None  # (steps,)
-    sliding: Series = None  # (steps,) 1 where it is to move at half its top speed at least
-    end: Series = None  # (steps,) where the motion is to end, the same in every column
-    heading: Series = None  # (steps,) 1 or -1, to which side that is from its start
+    sliding: Series = None  # (steps,) 1 where the reference has at least half its largest speed
+    end: Series = None  # (steps,) place where the motion ends; in a program, the last turning point
+    heading: Series = None  # (steps,) 1 or -1: direction of motion towards that place; 0: none
 
 
 class PathFrame(NamedTuple):
     """Path of a machine at the commanded places, one column per control sample.
 
-    Distance along it has the unit of the linear axes, or of the rotary axes if only these move.
+    The way along it has the unit of the linear axes, or of the rotary axes if only these move.
     """
 
-    #: Derivative (steps,) of every axis by the way; a unit vector of the axes that it counts in.
-    #: While only rotary axes move, that of the others is as in their last motion.
+    #: Derivative (steps,) of each axis by the way; a unit vector in the axes that the way is in.
+    #: While only rotary axes move, linear axes keep the derivative of their last motion.
     tangent: tuple[Series, ...]
     curvature: Series  # (steps,) of a path in X-Y, positive to the left [1/unit]; of another 0
     speed: Series  # (steps,) commanded along the path [unit/s]
     feed: Series  # (steps,) programmed there [unit/s]
-    #: Change of the tangent along the path [1/unit], where there may be other axes than X and Y;
-    #: None for a rotary axis.
+    #: Derivative (steps,) of the tangent by the way [1/unit], None for a rotary axis; () if there
+    #: cannot be other axes than X and Y.
     bend: tuple[Series | None, ...] = ()
-    undisturbed: Series = None  # (steps,) 1 but soon after an axis starts or reverses, there 0
+    undisturbed: Series = None  # (steps,) 0 soon after an axis starts or reverses, else 1
     reversing: Series = None  # (steps,) 1 soon after a linear axis reverses, else 0
     only_turning: Series = None  # (steps,) 1 where rotary axes move alone, else 0
 
@@ -54,10 +54,10 @@ class PathSamples(NamedTuple):
 
     position: Floats  # (axes, steps)
     velocity: Floats  # (axes, steps) [1/s]
-    tangent: Floats  # (axes, steps) change along the path
+    tangent: Floats  # (axes, steps) derivative by the way
     curvature: Floats  # (steps,) of a path in X-Y [1/mm], positive to the left; of another 0
-    distance: Floats  # (steps,) length of the path so far [mm; deg where only rotary axes move]
-    acceleration: Floats  # (axes, steps); the jump at a start without a limit is left out
+    distance: Floats  # (steps,) way so far [mm; deg where only rotary axes move]
+    acceleration: Floats  # (axes, steps) [1/s2]; without impulses at jumps of the velocity
 
 
 class Samples(NamedTuple):
@@ -69,17 +69,17 @@ class Samples(NamedTuple):
     sample_time: Series  # scalar [s]
     time: Series  # (steps,) [s]
     late: Series  # (steps,) 1 and 2 in the halves of the last quarter, before that 0
-    start: tuple[State, ...]  # of each axis before the first sample, numbers
-    copy_start: tuple[State, ...]  # start of a copy of the machine, a little off, see ``unsettled``
+    start: tuple[State, ...]  # state of each axis before the first sample, in numbers
+    copy_start: tuple[State, ...]  # the same for a slightly displaced copy, see ``unsettled``
 
 
 class Simulation(Record):
-    """Duration and step: LL prints neither.
+    """Duration and time step of a motion; LL prints neither.
 
-    With one step a millisecond the published controllers are exact to 2e-8 rad on their ramps.
-    Designs that are searched for the cutting load are more aggressive and may be chaotic: there the
-    step has as much influence as a last bit, up to 2e-3 rad, and only a range of the fitness is
-    meaningful.
+    With one step per millisecond, the motions of the published controllers on their ramps are exact
+    to 2e-8 rad. Designs that are searched for the cutting load are more aggressive and may be
+    chaotic: then the time step, or the last bit of a number, changes the motion by up to 2e-3 rad,
+    and only a range of the fitness is meaningful.
     """
 
     duration_s: Positive = 10.0  # duration of a motion [s]
@@ -98,6 +98,6 @@ class Simulation(Record):
 
     @property
     def moments(self) -> list[Floats]:
-        """Return the 2 substeps + 1 times of every sample at which a load is needed [s]."""
+        """Times at which a load is needed [s]: arrays (steps,), 2 substeps + 1 of them."""
         shares = np.arange(2 * self.substeps + 1) / (2 * self.substeps)
         return [self.time + share * self.sample_time_s for share in shares]

@@ -13,7 +13,7 @@ STILL = 1e-9
 
 
 def spline(times: Floats, values: Floats) -> PPoly:
-    """Return the cubic spline through (rows,), at rest in three equal rows, or in two at an end.
+    """Return the cubic spline through rows; it rests in three equal rows, at an end in two.
 
     One spline through all rows would oscillate through a rest with decreasing amplitude and never
     stop: the axis would be told to creep. Therefore each move between two rests is a separate

@@ -30,14 +30,14 @@ class Nearest(NamedTuple):
 
 
 class _Window(NamedTuple):
-    """Part of some blocks, joined without the others, to search for the nearest point."""
+    """Part of a path to search for the nearest point: some blocks, joined without all others."""
 
-    blocks: Indices
-    starts: Floats  # (blocks,) way along these up to each of them
-    first: Indices  # (steps,) place in ``blocks`` of the first that counts
-    final: Indices  # (steps,)
-    begin: Floats  # (steps,) way along these blocks
-    end: Floats  # (steps,)
+    blocks: Indices  # (blocks,) of the path
+    starts: Floats  # (blocks,) way along the joined blocks at the start of each
+    first: Indices  # (steps,) index in ``blocks`` of the first block to search
+    final: Indices  # (steps,) index in ``blocks`` of the last block to search
+    begin: Floats  # (steps,) way along the joined blocks where the search begins
+    end: Floats  # (steps,) way along the joined blocks where it ends
 
 
 @np.errstate(invalid="ignore", over="ignore")  # a diverged motion
@@ -51,7 +51,7 @@ def nearest(program: Program, samples: PathSamples, actual: Floats) -> Nearest:
     path, linear = program.path, program.linear
     off, blocks = actual - samples.position, [path.linear, ~path.linear]
     behind = _distance(off[linear]) if linear.any() else _distance(off)
-    # The tip stands on blocks that only turn, at an end of one that moves it.
+    # In blocks that only turn, the tip rests at the end of a block that moves it.
     cut = [_window(path, some, samples.distance, REACH * behind) for some in blocks if some.any()]
     tip = _closest(path, cut[:1], actual, np.where(linear, 1.0, 0.0)[:, None])
     turned = None
@@ -73,7 +73,7 @@ def _distance(vectors: Floats) -> Floats:
 
 
 def _window(path: AxisPath, some: Mask, distance: Floats, search_range: Floats) -> _Window:
-    """Return the window on ``some`` blocks; ``distance``, ``search_range`` (steps,) on the path."""
+    """Return the window of ``some`` blocks within ``search_range`` of the way ``distance``."""
     knots = np.concatenate([[0.0], np.cumsum(np.where(some, path.length, 0.0))])
     now = path.block(distance)
     here = knots[now] + np.where(some[now], distance - path.knots[now], 0.0)
@@ -88,7 +88,7 @@ def _window(path: AxisPath, some: Mask, distance: Floats, search_range: Floats) 
 
 
 def _closest(path: AxisPath, windows: list[_Window], actual: Floats, squares: Floats) -> Floats:
-    """Return (axes, steps) the point in ``windows`` nearest to ``actual``, axes by ``squares``."""
+    """Return (axes, steps) the nearest points in ``windows``; ``squares``: squared axis weights."""
     best, point = np.full(actual.shape[1], np.inf), np.full_like(actual, np.nan)
     for window in windows:
         for turn in range(int((window.final - window.first).max(initial=0)) + 1):
@@ -108,7 +108,7 @@ def _closest(path: AxisPath, windows: list[_Window], actual: Floats, squares: Fl
 def _nearest_on(
     path: AxisPath, k: Indices, actual: Floats, lowest: Floats, highest: Floats, squares: Floats
 ) -> Floats:
-    """Return the way on block ``k`` to its point nearest to ``actual``, between two ways."""
+    """Return the way on block ``k`` to its point nearest to ``actual``, between two limits."""
     rate = path.rate[:, k]
     whole = np.maximum((squares * rate**2).sum(axis=0), np.finfo(float).tiny)
     s = (squares * rate * (actual - path.start[:, k])).sum(axis=0) / whole
@@ -126,7 +126,7 @@ def _nearest_on(
 
 
 def _around(path: AxisPath, k: Indices, actual: Floats, lowest: Floats, highest: Floats) -> Floats:
-    """Return the way on an arc, by the angle about its centre alone; it may exceed ``highest``."""
+    """Return the way on an arc nearest to ``actual`` in angle alone; it may exceed ``highest``."""
     plane, turning, tangent = list(path.plane), path.turning[k], path.tangent[:, k]
     off = actual[plane] - path.start[plane][:, k]
     ahead = (tangent * off).sum(axis=0)

@@ -1,8 +1,8 @@
 """References of several axes, as a user writes them, and their samples in the X-Y plane.
 
 The machine starts at rest where the path starts: a circle at (R, 0) about the origin, a line at
-the origin, a polyline at its first point, a G-code program at X0 Y0. With limits of each axis a
-program moves any axes, see ``program``, and starts where the reference says.
+the origin, a polyline at its first point, a G-code program at X0 Y0. A program with limits of each
+axis can move any axes (see ``program``), and starts where the reference says.
 """
 
 from abc import abstractmethod
@@ -34,9 +34,9 @@ from hfc_design.motion.samples import AxisSamples, PathFrame, PathSamples
 
 
 class Trajectory(Record):
-    """Path and a limit of acceleration; each kind is another path."""
+    """Path with a limit of acceleration; each subclass is a kind of path."""
 
-    if TYPE_CHECKING:  # each one's own field, which stands where it always has in a file
+    if TYPE_CHECKING:  # a field of each subclass, so that its place in a file stays the same
         kind: str
     #: largest acceleration along the path [mm/s2]; left out: unlimited, also at corners, as in the
     #: simulations of the papers
@@ -47,17 +47,17 @@ class Trajectory(Record):
         """Return the segments of the path, at least one."""
 
     def on(self, axes: tuple[MovedAxis, ...], cycle: float) -> "Trajectory | Program":
-        """Return the motion of a machine with these axes, interpolated every ``cycle`` [s]."""
+        """Return the motion of a machine with these ``axes``, interpolated every ``cycle`` [s]."""
         return self
 
     @property
     def path(self) -> Path:
-        """Path of the trajectory."""
+        """Path of the trajectory, without times."""
         return Path.of(self._segments())
 
     @property
     def motion(self) -> Motion:
-        """Motion along the path."""
+        """Motion along the path, over time."""
         return motion(self.path, self.acceleration_mm_s2)
 
     @property
@@ -75,9 +75,9 @@ class Trajectory(Record):
         return PathSamples(position, speed * tangent, tangent, curvature, way, bent)
 
     def axis_samples(self, time: Floats, unit: float | None) -> tuple[list[AxisSamples], PathFrame]:
-        """Return both axes, not yet in steps of their drives, and the path.
+        """Return the samples of both axes in units (not yet steps) of their drives, and the path.
 
-        The machine starts where it stands; ``unit`` is the length of a unit of the positions [mm].
+        Positions count from the start of the path. ``unit`` is the length of their unit [mm].
         """
         assert unit is not None  # the scenario has been checked
         way = self.samples(time)
@@ -95,7 +95,7 @@ class Trajectory(Record):
 
 
 class Circle(Trajectory):
-    """Circle about the origin from (radius, 0), any number of cycles or part of one."""
+    """Circle about the origin, starting at (radius, 0), any number of cycles or part of one."""
 
     kind: Literal["circle"] = "circle"
     radius_mm: Positive  # radius about the origin, starting at (radius, 0) [mm]
@@ -110,7 +110,7 @@ class Circle(Trajectory):
 
 
 class Line(Trajectory):
-    """Line straight on from the origin, at an angle to the X axis."""
+    """Straight line from the origin, at an angle to the X axis."""
 
     kind: Literal["line"] = "line"
     length_mm: Positive  # length from the origin [mm]
@@ -119,7 +119,7 @@ class Line(Trajectory):
 
     def _segments(self) -> Iterable[Segment]:
         angle = radians(self.angle_deg)
-        shares = cos(angle), sin(angle)  # at 90 deg X rests
+        shares = cos(angle), sin(angle)  # at 90 deg X must not move at all
         x, y = (self.length_mm * share * (abs(share) > SAME) for share in shares)
         return [line((0.0, 0.0), (x, y), self.feed_mm_min)]
 
@@ -148,7 +148,7 @@ class Polyline(Trajectory):
 
 
 PROGRAM = readable_by(lambda file: gcode.blocks(gcode.text_of(file)))
-#: Keys of a program in X-Y alone.
+#: Keys that only a program in X-Y alone may have.
 PLANAR = ("rapid_mm_min", "acceleration_mm_s2")
 
 
@@ -187,7 +187,7 @@ class GCode(Trajectory):
         return gcode.read(self.file, self.rapid_mm_min)
 
     def on(self, axes: tuple[MovedAxis, ...], cycle: float) -> Trajectory | Program:
-        """Return itself in X-Y, else the program; UserError: it cannot be run on these axes."""
+        """Return itself in X-Y, else a Program; UserError, ValueError: these axes cannot run it."""
         planar = len(axes) == 2 and not any(axis.rotary for axis in axes)
         if planar and not self.limits:
             return self
@@ -200,7 +200,7 @@ class GCode(Trajectory):
             )
 
     def _fault(self, axes: tuple[MovedAxis, ...]) -> str | None:
-        """Return why no program can be run on these axes with these settings, else None."""
+        """Return why these axes cannot run any program with these settings; None: they can."""
         names, letters = [axis.name for axis in axes], [*gcode.AXES.lower()]
         for key, named in (("limits", self.limits), ("start", self.start)):
             if unknown := next((name for name in named if name not in names), None):
@@ -233,10 +233,10 @@ PathReference = Annotated[Circle | Line | Polyline | GCode, Field(discriminator=
 
 
 def speed_fault(trajectory: Trajectory, drive_speeds: Sequence[float]) -> str | None:
-    """Return a line if a trajectory asks an axis for more than its drive's speed [mm/s], else None.
+    """Return a line if a trajectory needs X or Y to exceed its drive's speed [mm/s], else None.
 
-    On a segment that is too short for its feed, the speed that it does reach counts. The line
-    names the feed and the one allowed.
+    On a segment that is too short for its feed, the speed that is reached there counts. The line
+    names the feed and the largest feed that is possible.
     """
     path = trajectory.path
     share = path.largest_components()  # (2, segments)
@@ -245,7 +245,7 @@ def speed_fault(trajectory: Trajectory, drive_speeds: Sequence[float]) -> str | 
     too_fast = wanted > reached * (1.0 + SAME)
     if not too_fast.any():
         return None
-    none = np.where(too_fast, np.inf, 0.0)  # of a drive that friction keeps at rest
+    none = np.where(too_fast, np.inf, 0.0)  # for a drive that friction keeps at rest
     excess = np.divide(wanted, reached, out=none, where=too_fast & (reached > 0.0))
     axis, k = map(int, np.unravel_index(int(excess.argmax()), excess.shape))
     allowed = floored(60.0 * drive_speeds[axis] / share[axis, k])

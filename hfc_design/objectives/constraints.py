@@ -9,7 +9,7 @@ from hfc_design.objectives.metric import Metric, Units, in_units
 from hfc_design.objectives.metrics import BAND_TIME, metric, named
 from hfc_design.stability.margins import ASKED
 
-#: In a table of constraints the width that ``band_time`` is about.
+#: Key in a table of constraints for the width of the band of the metric ``band_time``.
 BAND = "band"
 
 
@@ -38,10 +38,10 @@ Constraints: TypeAlias = Annotated[dict[str, Quantity], AfterValidator(_known)]
 
 
 def constraints_on(most: Constraints, units: Units) -> tuple[Constraint, ...]:
-    """Constraints with numbers in the units of a machine.
+    """Return the constraints of metrics, with numbers in the units of a machine.
 
     Raises:
-        ValueError: one has another unit, is below 0, or lacks its band.
+        ValueError: a limit has a unit of another quantity or is below 0, or the band is missing.
     """
     constraints, band = [], most.get(BAND)
     if BAND_TIME in most and band is None:

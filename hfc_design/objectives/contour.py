@@ -22,10 +22,10 @@ class ContourSettings(objective.ObjectiveSettings):
     kind: Literal["contour"] = "contour"
     worst: NotNegative = 0.3  # weight of the largest contour error [1]
     lag: NotNegative = 0.01  # weight of the rms of the lag along the path [1]
-    _unit: str = PrivateAttr("BLU")  # of the machine's positions
+    _unit: str = PrivateAttr("BLU")  # unit of the machine's positions
 
     def on(self, units: Units) -> Self:
-        """The same settings for a machine with these units."""
+        """Return the same settings for a machine with these units."""
         settings = self.model_copy()
         settings._unit = units.signals["error"]
         return settings
@@ -33,12 +33,12 @@ class ContourSettings(objective.ObjectiveSettings):
 
 @cache
 def contour(worst: float = 0.3, lag: float = 0.01, unit: str = "BLU") -> Objective:
-    """``1 / (rms + worst * largest + lag * rms lag)`` [1/unit of the positions].
+    """Return the objective ``1 / (rms + worst * largest + lag * rms lag)`` [1/unit of positions].
 
-    The first two are the rms and the largest contour error; if there are rotary axes, the
-    orientation error is added at a right angle, a degree for a unit. The lag is the distance of the
-    machine behind its reference along the path: it penalises a machine that never leaves the path
-    because it never moves.
+    The first two are the rms and the largest contour error. If there are rotary axes, the error is
+    the root of the squared contour error plus the squared orientation error (a degree counts as a
+    unit of length). The lag is the distance of the machine behind its reference along the path: it
+    penalises a machine that never leaves the path because it never moves.
     """
     return Objective(
         initial=_nothing,

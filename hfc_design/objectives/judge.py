@@ -19,7 +19,7 @@ from hfc_design.objectives.metric import Metric
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings, Remaining, Sums
 from hfc_design.objectives.stick_share import stick_share
 
-#: Every objective by its name: the files here, and what users add.
+#: Every objective by its name: those of the modules of this package, and those that users add.
 OBJECTIVES: Group[Objective] = Group(
     "fitness", (Objective,), "hfc_design.fitness", found_in(objectives, "OBJECTIVE")
 )
@@ -31,25 +31,25 @@ Individuals: TypeAlias = Float[Array | np.ndarray, " individuals"]
 
 
 class Judged(NamedTuple):
-    """Results of a judge for a population of closed loops; NumPy arrays in the end."""
+    """Results of a judge for a population of closed loops; NumPy arrays after the simulation."""
 
-    merit: Individuals  # what they are ranked by; means nothing where one failed
-    values: Float[Array | np.ndarray, "individuals values"]  # of objectives, then measures
-    failed: Bool[Array | np.ndarray, " individuals"]  # axis or objective ended as no finite number
+    merit: Individuals  # number that ranks them; meaningless for a failed individual
+    values: Float[Array | np.ndarray, "individuals values"]  # of objectives, then ``measured``
+    failed: Bool[Array | np.ndarray, " individuals"]  # a position, the merit or a value not finite
 
     @property
     def rows(self) -> list["Judged"]:
-        """One object for each place along the first axis."""
+        """One object for each index of the first dimension of the arrays."""
         return [Judged(*row) for row in zip(*self, strict=True)]
 
     @classmethod
     def stacked(cls, rows: Sequence["Judged"]) -> "Judged":
-        """Stack ``rows`` into one object again."""
+        """Return one object of ``rows``, the inverse of ``rows``."""
         return cls(*(np.stack(parts) for parts in zip(*rows, strict=True)))
 
     @property
     def rank(self) -> Floats:
-        """(individuals,) merit, -inf for a failed individual, which ranks below every other."""
+        """Merit (individuals,), but -inf for a failed individual, which ranks below all others."""
         return np.where(self.failed, -np.inf, self.merit)
 
 
@@ -57,9 +57,9 @@ class Judge(NamedTuple):
     """Objectives, and the function that combines them into the merit: the larger, the better."""
 
     objectives: tuple[Objective, ...]  # the fitness comes first
-    merit: Callable[[list[Scalar]], Scalar]  # of a value of each objective
-    title: str  # of the merit, as people read it
-    measured: tuple[Metric, ...] = ()  # what is told beside the objectives
+    merit: Callable[[list[Scalar]], Scalar]  # values of all objectives -> merit
+    title: str  # of the merit, for readers of tables
+    measured: tuple[Metric, ...] = ()  # metrics that are computed besides the objectives
 
     @property
     def titles(self) -> dict[str, str]:
@@ -70,7 +70,7 @@ class Judge(NamedTuple):
 
     @property
     def wordless(self) -> "Judge":
-        """The judge without texts for people, which contain numbers."""
+        """The judge without its texts, which contain numbers."""
         objectives = tuple(one.wordless for one in self.objectives)
         measured = tuple(one.wordless for one in self.measured)
         return Judge(objectives, self.merit, "", measured)
@@ -80,24 +80,24 @@ class Judge(NamedTuple):
         return [*self.objectives, *self.measured]
 
     def initial(self, zero: Scalar) -> tuple[Sums, ...]:
-        """Empty sums of every objective."""
+        """Return the empty sums of all objectives and of ``measured``."""
         return tuple(one.initial(zero) for one in self._parts)
 
     def update(
         self, sums: tuple[Sums, ...], moments: tuple[Moment, ...], path: PathFrame | None
     ) -> tuple[Sums, ...]:
-        """The sums with one sample more of every axis."""
+        """Return the sums with one more sample of every axis."""
         pairs = zip(self._parts, sums, strict=True)
         return tuple(one.update(totals, moments, path) for one, totals in pairs)
 
     def values(self, sums: tuple[Sums, ...]) -> list[Scalar]:
-        """Value of each objective, from its sums."""
+        """Return the value of each objective, from its sums."""
         return [one.score(totals) for one, totals in zip(self.objectives, sums, strict=True)]
 
     def best(self, sums: tuple[Sums, ...], left: Remaining) -> Individuals:
-        """Highest merit that each individual can still reach, infinite if it is unknown.
+        """Return the highest merit that each individual can still reach; infinite: unknown.
 
-        A merit grows with every objective.
+        It is the merit of the best values, because a merit grows with every objective.
         """
         pairs = [*zip(self.objectives, sums, strict=False)]
         if any(one.best is None for one, _ in pairs):
@@ -105,7 +105,7 @@ class Judge(NamedTuple):
         return self.merit([one.best(totals, left) for one, totals in pairs if one.best])
 
     def judged(self, sums: tuple[Sums, ...], positions: list[Individuals]) -> Judged:
-        """Result for a population, from sums, and the last position (individuals,) of each axis."""
+        """Return the results, from the sums and the last position (individuals,) of each axis."""
         count = len(self.objectives)
         values = self.values(sums[:count])
         merit = self.merit(values)
@@ -118,7 +118,7 @@ class Judge(NamedTuple):
 
 @cache
 def judge(fitness: Objective, stick_penalty: float) -> Judge:
-    """Judge by ``fitness / (1 + stick_penalty * stick share)``, or times it if negative."""
+    """Return the judge by ``fitness / (1 + stick_penalty * stick share)``; if negative: times."""
     if not stick_penalty:
         return Judge((fitness,), itemgetter(0), fitness.label())
     worse = " /" if fitness.positive else ", divided by"
@@ -133,7 +133,7 @@ def _worse_by_cost(values: list[Scalar]) -> Scalar:
 
 
 def objective_of(settings: ObjectiveSettings) -> Objective:
-    """Objective with these settings; UserError: a user's own objective cannot be made with them."""
+    """Return the objective with these settings; UserError: a user's own ``make`` fails."""
     objective = OBJECTIVES.get(settings.kind)
     with own_code(": make", ("fitness", objective.name)):
         return Objective(*objective.make(settings)) if objective.make else objective

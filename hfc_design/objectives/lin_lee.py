@@ -30,7 +30,7 @@ class LinLeeSettings(objective.ObjectiveSettings):
 
 @cache
 def lin_lee(error_weight: float = 3.0, error_rate_weight: float = 0.1) -> Objective:
-    """LL eq. 5: ``a 1000 / sum |e| + b 1000 / sum |de/dt|`` over control samples and axes."""
+    """Return LL eq. 5: ``a 1000 / sum |e| + b 1000 / sum |de/dt|``, sums over samples and axes."""
     score = Partial(_score, error_weight, error_rate_weight)
     return Objective(
         initial=_nothing,

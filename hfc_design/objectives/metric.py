@@ -21,12 +21,12 @@ from hfc_design.objectives.objective import Moment, Sums
 from plants import Drive
 
 Moments: TypeAlias = tuple[Moment, ...]
-#: Of a ``Moment`` of one axis, or of its ``AxisRecord``.
+#: A function of a ``Moment`` of one axis, or of its ``AxisRecord``.
 Term: TypeAlias = Callable[[Any], Any]
-#: Whose recorded motion a metric is computed from: each axis, every axis of which the worst one
-#: counts, or the machine as a whole.
+#: On a path, a metric in a table is computed for each axis, for all axes, of which the worst
+#: counts, or for the machine as a whole.
 EACH, WORST, MACHINE = "each", "worst", "machine"
-#: Tables, by what a machine follows: its axes no path, two of them a path in X-Y, or a program.
+#: Tables of metrics: of axes that follow no path, of two axes on a path in X-Y, of a program.
 ALONE, PLANE, PROGRAM = "alone", "plane", "program"
 
 
@@ -34,7 +34,7 @@ class Units(NamedTuple):
     """Units of the numbers of a machine."""
 
     signals: dict[str, str]  # ``Drive.units``
-    millimetres: float | None  # of a BLU
+    millimetres: float | None  # length of a BLU [mm]
 
 
 class AxisRecord(NamedTuple):
@@ -50,16 +50,16 @@ class AxisRecord(NamedTuple):
     error_rate: Floats
     velocity: Floats
     command: Floats
-    limits: tuple[float, float]  # of the command
+    limits: tuple[float, float]  # smallest and largest command
 
     @property
     def position(self) -> Floats:
-        """(steps,) position."""
+        """Position (steps,)."""
         return self.reference - self.error
 
     @property
     def command_change(self) -> Floats:
-        """(steps - 1,) change of the command from sample to sample."""
+        """Change (steps - 1,) of the command from sample to sample."""
         return np.diff(self.command)
 
     @property
@@ -72,7 +72,7 @@ class MotionRecord(NamedTuple):
     """The recorded motion of a machine, or of a part of it."""
 
     axes: tuple[AxisRecord, ...]
-    contour: Contour | None  # None: it follows no path
+    contour: Contour | None  # None: the machine follows no path
 
     @property
     def finite(self) -> bool:
@@ -82,7 +82,7 @@ class MotionRecord(NamedTuple):
 
 
 class Reduction(NamedTuple):
-    """Reduction of the samples of a motion to one number: running, or from a record."""
+    """Functions that reduce the samples of a motion to one number, in a loop or from a record."""
 
     initial: Callable[[Scalar], Sums]
     update: Callable[[Sums, Moments, PathFrame | None], Sums]
@@ -97,35 +97,35 @@ def _not_running(*_: Any) -> Any:
 class Metric(NamedTuple):
     """A number of a motion as pure functions, similar to an ``Objective``.
 
-    ``initial``, ``update`` and ``value`` sum it while a loop runs; without them a scenario cannot
-    name it. With several axes, errors and commands are then reduced as vectors and times as means.
-    ``recorded`` computes it from an ``AxisRecord``, or as a metric of the whole ``MACHINE`` from a
-    ``MotionRecord``; None: it does not exist in that motion.
+    ``initial``, ``update`` and ``value`` compute it while a loop runs; without them a scenario
+    cannot name it. With several axes it is then the rms of their vector, or their largest value,
+    sum or mean. ``recorded`` computes it from the ``AxisRecord`` of an axis, or with the scope
+    ``MACHINE`` from a ``MotionRecord``; None: it does not exist in that motion.
     """
 
     name: str
-    unit: str  # "error" say: that of the drive's signal of this name, or a unit
-    meaning: str  # the word "command" in it gives way to what the drive calls its command
+    unit: str  # a unit, or the name of a signal of the drive, such as "error", for its unit
+    meaning: str  # tables replace the word "command" by the drive's name for its command
     initial: Callable[[Scalar], Sums] = _not_running
     update: Callable[[Sums, Moments, PathFrame | None], Sums] = _not_running
     value: Callable[[Sums], Scalar] = _not_running
     recorded: Callable[[Any], float | None] | None = None
-    tables: tuple[str, ...] = ()  # in which it is a column
-    rank: int = 0  # its place in comparisons; 0: it is not compared
-    scope: str = EACH  # of ``recorded``
-    key: str = ""  # of its column; "": its name, with its unit behind
-    exists: Callable[[Sequence[Drive]], bool] | None = None  # on a machine of these; None: always
-    path: bool = False  # only of a machine on a path
-    doubled: bool = False  # of a copy of the machine too, that began a little off
+    tables: tuple[str, ...] = ()  # tables in which it is a column
+    rank: int = 0  # its position in comparisons; 0: it is not compared
+    scope: str = EACH  # what ``recorded`` is computed for: ``EACH``, ``WORST`` or ``MACHINE``
+    key: str = ""  # key of its column; "": its name followed by its unit
+    exists: Callable[[Sequence[Drive]], bool] | None = None  # with these drives; None: always
+    path: bool = False  # whether it needs a machine that follows a path
+    doubled: bool = False  # whether it needs a copy of the machine with a disturbed start
 
     @property
     def running(self) -> bool:
-        """Whether it can be summed while a loop runs."""
+        """Whether it can be computed while a loop runs."""
         return self.update is not _not_running
 
     @property
     def wordless(self) -> "Metric":
-        """The metric without texts for people, as a loop computes it."""
+        """The metric without its texts, as a loop needs it."""
         loop = (self.initial, self.update, self.value)
         return Metric("", "", "", *loop, path=self.path, doubled=self.doubled)
 
@@ -135,7 +135,7 @@ def _everywhere(moment: Moment) -> Scalar:
 
 
 def rms(term: Term, when: Term | None = None) -> Reduction:
-    """Root mean square; of the vector of all axes while a loop runs."""
+    """Reduce to the rms of ``term`` where ``when`` is 1; in a loop, of the vector of all axes."""
     weigh = when or _everywhere
 
     def update(sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
@@ -154,7 +154,7 @@ def rms(term: Term, when: Term | None = None) -> Reduction:
 
 
 def largest(term: Term, when: Term = _everywhere) -> Reduction:
-    """Largest magnitude of any axis."""
+    """Reduce to the largest magnitude of ``term`` where ``when`` is 1; in a loop, of all axes."""
 
     def update(sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
         return reduce(jnp.maximum, [when(x) * jnp.abs(term(x)) for x in moments], sums)
@@ -166,7 +166,7 @@ def largest(term: Term, when: Term = _everywhere) -> Reduction:
 
 
 def share(truth: Term, when: Term) -> Reduction:
-    """Share of the counted samples for which a condition is true; 0 if none is counted."""
+    """Reduce to the share of the samples with ``when`` = 1 for which ``truth`` holds; none: 0."""
 
     def update(sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
         hits = reduce(jnp.add, [jnp.where(truth(x), when(x), 0.0) for x in moments])
@@ -179,7 +179,7 @@ def share(truth: Term, when: Term) -> Reduction:
 
 
 def integral(term: Term) -> Reduction:
-    """Integral of the magnitude over time."""
+    """Reduce to the integral of the magnitude of ``term`` over time; in a loop, of all axes."""
 
     def update(sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
         return sums + moments[0].sample_time * reduce(jnp.add, [jnp.abs(term(x)) for x in moments])
@@ -191,15 +191,15 @@ def integral(term: Term) -> Reduction:
 
 
 def sample_time(axis: AxisRecord) -> float:
-    """Time between two samples of a record [s]; 0 if there is only one."""
+    """Return the time between two samples of a record [s]; 0 if there is only one sample."""
     return float(axis.time[1] - axis.time[0]) if len(axis.time) > 1 else 0.0
 
 
 def in_units(key: str, quantity: float | str, unit: str, units: Units) -> float:
-    """Convert a quantity of a file to a number in the machine's ``unit`` of a metric.
+    """Return the value at ``key`` of a file as a number in the machine's ``unit`` of a metric.
 
     Raises:
-        ValueError: its unit measures something else.
+        ValueError: it has a unit of another quantity.
     """
     words = [units.signals.get(word, word) for word in unit.split(" ")]
     try:
@@ -209,6 +209,6 @@ def in_units(key: str, quantity: float | str, unit: str, units: Units) -> float:
 
 
 def path_fault(metrics: Sequence[Metric], path: bool) -> str | None:
-    """Error line if one of ``metrics`` is measured along a path, and the machine follows none."""
+    """Return the error line if one of ``metrics`` needs a path and the machine follows none."""
     names = [one.name for one in metrics if one.path and not path]
     return f"{names[0]}: needs a machine that follows a path" if names else None

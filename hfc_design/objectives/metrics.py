@@ -40,10 +40,10 @@ from hfc_design.objectives.stick_share import is_stuck
 from hfc_design.objectives.unsettled import unsettled
 from plants import Drive
 
-#: The metric that needs a band of the error.
+#: Name of the metric that needs a band of the error.
 BAND_TIME = "band_time"
-#: Prefix of the metrics of the contour error that a simulated loop can add up: it measures from
-#: the commanded point, the tables from the nearest point of the path.
+#: Prefix of the metrics of the contour error that are summed while a loop runs: they measure it
+#: from the commanded point; the metrics of the tables, from the nearest point of the path.
 ESTIMATED = "estimated_"
 AXIS, PATH, EVERY = (ALONE,), (PLANE, PROGRAM), (ALONE, PLANE, PROGRAM)
 
@@ -57,7 +57,7 @@ def _late(moment: Moment) -> Scalar:
 
 
 def _stuck(moment: Moment) -> Truth:
-    """Whether an axis stands that should move, and does not only tremble."""
+    """Return whether an axis is stuck, by its mean velocity, which leaves out trembling."""
     return is_stuck(moment.velocity, moment.reference_rate)
 
 
@@ -80,10 +80,10 @@ def _estimated(
     rank: int,
     where: Callable[[PathFrame], Scalar] | None = None,
 ) -> Metric:
-    """A metric of the contour error as the control can know it; ``where`` else than 1, of 0."""
+    """Return a metric of the estimated contour error, multiplied by ``where`` (0 or 1)."""
 
     def update(sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
-        assert path is not None  # it is measured on paths only
+        assert path is not None  # this metric exists on paths only
         off = off_path(path, [moment.deviation for moment in moments]).contour
         off = off if where is None else where(path) * off
         return reduction.update(sums, (moments[0]._replace(error=off),), None)
@@ -103,7 +103,7 @@ def _contour(
     exists: Callable[[Sequence[Drive]], bool] = _linear,
     unit: str = "length",
 ) -> Metric:
-    """A metric of the contour error of a whole machine, or of an error that is like it."""
+    """Return a metric of a whole machine on a path: ``reduced`` of the ``error`` (steps,)."""
 
     def read(motion: MotionRecord) -> float | None:
         assert motion.contour is not None
@@ -122,7 +122,7 @@ def _orientation(name: str, meaning: str, *of: Any) -> Metric:
 def _axis(
     name: str, unit: str, meaning: str, read: Callable[[Any], float | None], rank: int = 0
 ) -> Metric:
-    """A metric of the recorded motion of one axis that follows no path."""
+    """Return a metric of the recorded motion of one axis that follows no path."""
     return Metric(name, unit, meaning, recorded=read, tables=AXIS, rank=rank)
 
 
@@ -318,12 +318,12 @@ METRICS: tuple[Metric, ...] = (
         doubled=True,
     ),
 )
-#: What a scenario can name; ``band_time`` is made of its band.
+#: Metrics that a scenario can name, except ``band_time``, which depends on its band.
 RUNNING: dict[str, Metric] = {one.name: one for one in METRICS if one.running}
 
 
 def band_time(band: float) -> Metric:
-    """Last time at which the error left a ``band`` [unit of the error] about the reference."""
+    """Return the metric: time from which the error stays within a ``band`` [unit of the error]."""
     meaning = f"from then on the error stays within {band:g}"
     return Metric(BAND_TIME, "s", meaning, _same, Partial(_left, band), _same)
 
@@ -338,13 +338,13 @@ def _left(band: Scalar, sums: Sums, moments: Moments, path: PathFrame | None) ->
 
 
 def named(name: str) -> str:
-    """Name of a metric; some names in files of version 0.1 lack the prefix "estimated"."""
+    """Return the name of a metric; some names in files of version 0.1 lack "estimated_"."""
     return ESTIMATED + name if ESTIMATED + name in RUNNING else name
 
 
 @cache
 def metric(name: str, band: Any = None) -> Metric:
-    """Metric that a scenario names; ValueError: there is none, or it needs a ``band``."""
+    """Return the metric that a scenario names; ``band``: for ``band_time``; ValueError: unknown."""
     if name == BAND_TIME:
         return band_time(0.0 if band is None else band)
     if name not in RUNNING:

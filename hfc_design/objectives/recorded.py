@@ -16,7 +16,7 @@ SETTLED = 0.1
 
 
 def settling_time(axis: AxisRecord) -> float | None:
-    """Time from which the error stays below ``SETTLED`` of its maximum [s]; None: never."""
+    """Return the time from which the error stays within ``SETTLED`` of its maximum [s], or None."""
     error = np.abs(axis.error)
     outside = np.flatnonzero(error > SETTLED * error.max())
     settled = 0 if len(outside) == 0 else outside[-1] + 1
@@ -24,23 +24,23 @@ def settling_time(axis: AxisRecord) -> float | None:
 
 
 def stands(axis: AxisRecord) -> Mask:
-    """(settled samples,) whether the axis stands still although it should move."""
+    """Return the mask (settled samples,): the axis stands still although it should move."""
     return np.asarray(is_stuck(axis.velocity, axis.reference_rate)[axis.settled])
 
 
 def stick_events(axis: AxisRecord) -> float:
-    """Number of times that the axis came to a standstill."""
+    """Return how often the axis came to a standstill once settled, although it should move."""
     still = stands(axis)
     return float(np.count_nonzero(still & ~np.concatenate([[False], still[:-1]])))
 
 
 def overshoot(reference: Floats, position: Floats) -> float:
-    """Distance of ``position`` beyond a place where the ``reference`` (steps,) turns back or ends.
+    """Return how far ``position`` goes beyond points where ``reference`` (steps,) turns or ends.
 
-    It is measured after a reversal until the next one; it is 0 if the axis never goes beyond, and
-    if the reference does not move. An axis that was beyond the place all along, because friction
-    holds it or it lags, has not overshot: its distance counts from the place nearest to the
-    reversal since the reference set out for it.
+    It is measured from one turning point to the next; it is 0 if the axis never goes beyond, or if
+    the reference does not move. An axis that was beyond the point all along, because friction holds
+    it or because it lags, has not overshot: then the distance counts from the position nearest to
+    the point that the axis has had since the reference set out for the point.
     """
     change = np.diff(reference)
     places = [0, *turns(reference), len(reference)]
@@ -54,23 +54,23 @@ def overshoot(reference: Floats, position: Floats) -> float:
 
 
 def largest(errors: Floats) -> float:
-    """Largest magnitude."""
+    """Return the largest magnitude."""
     return float(np.abs(errors).max())
 
 
 def cutting(off: Contour) -> Floats:
-    """Contour error without rapids."""
+    """Return the contour error (samples,) without the samples of rapids."""
     assert isinstance(off.trajectory, Program)
     return off.error[off.trajectory.cutting(off.samples.distance)]
 
 
 def after(glitches: Sequence[Glitch]) -> Floats:
-    """(glitches,) errors after each of them."""
+    """Return the errors (glitches,) after the reversals of axes."""
     return np.array([glitch.error for glitch in glitches])
 
 
 def velocity_share(motion: MotionRecord) -> float:
-    """Largest velocity of an axis of a program, as a share of its limit."""
+    """Return the largest velocity of an axis of a program, as a share of the limit of the axis."""
     assert motion.contour is not None
     program = motion.contour.trajectory
     assert isinstance(program, Program)
@@ -80,6 +80,6 @@ def velocity_share(motion: MotionRecord) -> float:
 
 
 def limited(motion: MotionRecord) -> float:
-    """Share of the samples at which the command of an axis is at its limit."""
+    """Return the share of the samples at which the command of any axis is at a limit."""
     at_limit = [(x.command <= x.limits[0]) | (x.command >= x.limits[1]) for x in motion.axes]
     return float(np.logical_or.reduce(at_limit).mean())

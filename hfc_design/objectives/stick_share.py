@@ -1,4 +1,4 @@
-"""Share of the time in which an axis sticks that should move.
+"""Share of the time in which an axis sticks although it should move.
 
 LL eq. 5 rewards loops that oscillate about the reference so fast that the spindle stops again and
 again; such loops mislead a search and are useless on a machine.
@@ -16,7 +16,7 @@ from hfc_design.motion.samples import PathFrame
 from hfc_design.objectives import objective
 from hfc_design.objectives.objective import Moment, Objective, Remaining, Sums
 
-#: Below this share of the commanded speed the spindle counts as stuck.
+#: Below this share of the commanded speed an axis counts as stuck.
 STUCK = 0.1
 
 
@@ -28,13 +28,13 @@ class StickShareSettings(objective.ObjectiveSettings):
 
 
 def is_stuck(speed: Scalar, commanded: Scalar) -> Truth:
-    """Whether an axis moves at less than a tenth of its commanded speed."""
+    """Return whether an axis moves at less than a tenth of its commanded speed."""
     return abs(speed) < STUCK * abs(commanded)
 
 
 @cache
 def stick_share(weight: float = 1.0) -> Objective:
-    """``-weight`` times the share of the settled time in which an axis sticks; 0 is the best."""
+    """Return the objective ``-weight * share of the settled time in which an axis sticks``."""
     return Objective(
         initial=_nothing,
         update=_update,

@@ -16,20 +16,20 @@ from hfc_design.objectives.metric import (
 from hfc_design.objectives.metrics import METRICS
 from plants import Drive, Machine, in_a_name
 
-#: Words of units that stand for those of the drive's signals.
+#: Words in the unit of a metric that stand for the units of a drive's signals.
 SIGNALS = re.compile(r"error_rate|error|command")
 
 
 class Column(NamedTuple):
-    """A metric of one machine."""
+    """A column of a table of metrics: a metric of one machine, or of one axis."""
 
-    meaning: str  # with its unit
-    rank: int  # as that of ``Metric``
+    meaning: str  # with the unit
+    rank: int  # as in ``Metric``
     value: Callable[[MotionRecord], float | None]
 
 
 def columns(machine: Machine, table: str) -> dict[str, Column]:
-    """Columns of a ``table`` by their keys: ``ALONE``, ``PLANE`` or ``PROGRAM``."""
+    """Return key -> column, of the ``table`` ``ALONE``, ``PLANE`` or ``PROGRAM`` of a machine."""
     listed = [one for one in METRICS if table in one.tables]
     if table == ALONE:
         several = len(machine.axes) > 1
@@ -47,13 +47,13 @@ def columns(machine: Machine, table: str) -> dict[str, Column]:
 
 
 def values(table: Mapping[str, Column], motion: MotionRecord) -> dict[str, float | None]:
-    """Value of every column; None if it does not exist, all None if the motion diverged."""
+    """Return the value of every column; None if it does not exist, or if the motion diverged."""
     finite = motion.finite
     return {key: column.value(motion) if finite else None for key, column in table.items()}
 
 
 def labelled(metric: Metric, drive: Drive, which: str = "") -> tuple[str, str]:
-    """Key and meaning, with unit, of a metric of a ``drive``; ``which`` is its axis in words."""
+    """Return key and meaning, with unit, of a ``drive``'s metric; ``which``: its axis in words."""
     units = dict(drive.units)
     unit = SIGNALS.sub(lambda match: units[match[0]], metric.unit)
     name = (metric.key or metric.name).replace("command", drive.command_name)
@@ -70,7 +70,7 @@ def _of_axis(metric: Metric, k: int) -> Callable[[MotionRecord], float | None]:
 
 
 def _of_machine(metric: Metric, machine: Machine) -> Iterator[tuple[str, Column]]:
-    """The columns of a metric of a machine on a path."""
+    """Yield the columns of a metric of a machine on a path, with their keys."""
     read, pairs = metric.recorded, [*zip(machine.axes, machine.drives, strict=True)]
     assert read is not None
     if metric.scope == MACHINE:
@@ -101,5 +101,5 @@ def _worst(
 
 
 def length_unit(machine: Machine) -> str:
-    """Unit of length of the linear axes."""
+    """Return the unit of length of the linear axes; "mm" if there are none."""
     return next((x.units["error"] for x in machine.drives if x.millimetres is not None), "mm")

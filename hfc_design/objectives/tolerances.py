@@ -1,4 +1,4 @@
-"""Distance of a motion from its targets: the default measure of a good design."""
+"""Fitness by targets: the metrics of a motion divided by their desired values."""
 
 from functools import cache, reduce
 from typing import Annotated, Any, Literal
@@ -43,10 +43,10 @@ class TolerancesSettings(ObjectiveSettings):
         return {named(name): tolerated for name, tolerated in tolerances.items()}
 
     def on(self, units: Units) -> "TolerancesSettings":
-        """The settings with plain numbers in the units of a machine.
+        """Return the settings with plain numbers in the units of a machine.
 
         Raises:
-            ValueError: one has another unit, is not above 0, or lacks its band.
+            ValueError: a target has a unit of another quantity or is not above 0, or needs a band.
         """
         band = None if self.band is None else in_units("fitness.band", self.band, "error", units)
         if BAND_TIME in self.tolerances and band is None:
@@ -64,7 +64,7 @@ class TolerancesSettings(ObjectiveSettings):
 
 @cache
 def tolerances(weighed: tuple[tuple[Metric, float, float], ...]) -> Objective:
-    """Objective ``1 / cost``; the cost is the weighted mean of metric / target: 1 meets them.
+    """Return the objective 1 / (weighted mean of metric / target); 1 just meets the targets.
 
     ``weighed`` has metrics, targets [units of the drive] and weights.
     """
@@ -109,7 +109,7 @@ def _score(each: tuple[tuple[Scalar, Any], ...], sums: Sums) -> Scalar:
 
 
 def tolerated(settings: TolerancesSettings) -> tuple[tuple[Metric, float, float], ...]:
-    """Metrics, targets [units of the drive] and weights of settings ``on`` a machine."""
+    """Return metrics, targets [units of the drive] and weights; ``settings`` are from ``on``."""
     rows: list[Any] = []
     for name, weighed in settings.tolerances.items():
         assert isinstance(weighed, Weighed)  # after ``on``

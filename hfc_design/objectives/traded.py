@@ -7,9 +7,9 @@ from hfc_design.core.wording import one_of
 from hfc_design.objectives.metric import Metric, Units, path_fault
 from hfc_design.objectives.metrics import RUNNING, metric
 
-#: Number of units of a hierarchy that matter, which its kind counts.
+#: Name of an objective: the number of units of a hierarchy that matter, as its kind counts them.
 UNITS = "units"
-#: Names that depend on the scenario, or are short.
+#: Names that stand for metrics: the first depends on the scenario, the second is short.
 TRACKING, EFFORT = "tracking", "effort"
 NAMES = (TRACKING, EFFORT, UNITS, *RUNNING, "band_time")
 ALLOWED = 2, 3
@@ -25,7 +25,7 @@ class Traded(NamedTuple):
 
 
 def check_names(names: Sequence[str]) -> None:
-    """Check two or three names; ValueError: not so many, an unknown one, or one twice."""
+    """Check two or three names; ValueError: too few or too many, one unknown, or one twice."""
     for name in names:
         if name not in NAMES:
             raise ValueError(f"{name}: unknown objective; {one_of(name, NAMES)}")
@@ -36,14 +36,14 @@ def check_names(names: Sequence[str]) -> None:
 
 
 def traded(names: Sequence[str], fitness: Any, units: Units, path: bool) -> tuple[Traded, ...]:
-    """The objectives with these names, for a scenario with that ``[fitness]``.
+    """Return the objectives with these names, for a scenario with that ``[fitness]``.
 
-    ``tracking`` is the first metric of an error that the targets name; with another fitness
-    the rms of the contour error of a machine on a path, else of the error. ``effort`` is the rms
-    of the command.
+    ``tracking`` is the first metric among the targets that has the unit of the error. Without such
+    a target, it is the rms of the contour error on a path, else of the tracking error. ``effort``
+    is the rms of the command.
 
     Raises:
-        ValueError: one needs a path or a band, or two are the same.
+        ValueError: one needs a path or a band, or two are the same metric.
     """
     objectives: list[Traded] = []
     for name in names:
@@ -66,7 +66,7 @@ def traded(names: Sequence[str], fitness: Any, units: Units, path: bool) -> tupl
 
 
 def _measured(name: str, fitness: Any, path: bool) -> str:
-    """Name of the metric that is meant."""
+    """Return the name of the metric that the ``name`` of an objective stands for."""
     if name == EFFORT:
         return "rms_command"
     if name != TRACKING:

@@ -9,27 +9,26 @@ from hfc_design.motion.samples import PathFrame
 from hfc_design.objectives.metric import Moments, Reduction
 from hfc_design.objectives.objective import Sums
 
-#: What grows within the last quarter counts by no more than this factor.
+#: Largest factor by which growth within the last quarter multiplies the result.
 MOST_GROWTH = 10.0
-#: Samples of the control in which what oscillates fast goes about as far as its amplitude.
+#: Control samples in which a fast oscillation moves about as far as its amplitude.
 SWING = 10.0
 
 
 def unsettled() -> Reduction:
-    """Final oscillation of a loop against a copy of it that began a little off.
-
-    A loop that settles forgets its start: both end on one motion, whatever vibration a load forces
-    on them. Loops that oscillate by themselves do so each in its own phase. Friction may let the
-    two rest at different places; therefore the measure uses the variances within each half of the
-    last quarter, of the distance and of ``SWING`` samples times its rate (an amplitude, of an
-    oscillation with that frequency; faster oscillation counts more). A growing difference counts by
-    its factor of growth if both the distance and the rate grow: of a steady oscillation that is
-    slower than a half, one of them has less in the second half whenever the other has more.
+    """Reduce to the final oscillation of a loop relative to a copy with a disturbed start.
+    A loop that settles forgets its start: loop and copy end in the same motion, whatever vibration
+    a load forces on them. Loops that oscillate by themselves oscillate in different phases. Because
+    friction may hold the two at different positions, the metric uses variances within each half of
+    the last quarter: of the distance between them, and of its rate times ``SWING`` samples (this is
+    an amplitude for an oscillation of that frequency; a faster one counts more). If both variances
+    grow from the first half to the second, the smaller growth multiplies the result. (In a steady
+    oscillation that is slower than a half, one variance falls whenever the other one grows.)
     """
 
     def update(sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
         time = SWING * moments[0].sample_time
-        # Axes, as encoders, in unlike shares: what oscillates one against another does not cancel.
+        # Axes count unequally, as encoders do, so that opposite oscillations do not cancel.
         apart = reduce(jnp.add, [x.apart / (1 + k) for k, x in enumerate(moments)])
         rate = reduce(jnp.add, [time * x.apart_rate / (1 + k) for k, x in enumerate(moments)])
         halves = []
@@ -40,7 +39,7 @@ def unsettled() -> Reduction:
         return tuple(halves)
 
     def variances(sums: Sums) -> tuple[Scalar, Scalar]:
-        """Of the distance and of the rate in a half."""
+        """Return the variances of the distance and of the rate in a half."""
         count, *each = sums
         mean, square, mean_rate, square_rate = (one / jnp.maximum(count, 1.0) for one in each)
         estimates = square - mean * mean, square_rate - mean_rate * mean_rate

@@ -2,9 +2,9 @@
 
 Motions are averaged like one long motion: a merit is the inverse of a cost, and costs add up. Over
 the machines, the worst, a lower quantile or the mean is taken. A design that breaks a constraint
-ranks below every one that breaks none, and the more it breaks, the lower (Deb 2000, feasible ones
-first), so that no merit compensates it. With very many machines some may be forgiven, as in a
-chance constraint, but never the nominal one.
+ranks below every design that breaks none; the larger the violation, the lower the rank, whatever
+the merit (Deb 2000). With very many machines some may break constraints (they are forgiven), as in
+a chance constraint, but never the nominal machine.
 """
 
 from typing import Literal, NamedTuple
@@ -18,42 +18,42 @@ from hfc_design.objectives.judge import Judged
 Keep = Literal["worst", "quantile", "mean"]
 
 
-#: What a machine costs at most where constraints are weighed, in medians of all machines.
+#: Largest cost of a machine where constraints are weighed, as a multiple of the median cost.
 WORST = 20.0
 
 
 class Verdict(NamedTuple):
     """Ranks of designs, and the results of each machine."""
 
-    rank: Floats  # (designs,) the merit; negative where a constraint is broken, -inf: all failed
-    weighed: Floats  # (designs,) the same with constraints weighed by a penalty; without one, rank
-    merit: Floats  # (designs, machines) of all motions together; 0 where one failed
-    broken: Floats  # (designs, machines, motions, 1 + constraints) by how much, 0 to 1
+    rank: Floats  # (designs,) merit, or minus the violation if there is one; -inf: all failed
+    weighed: Floats  # (designs,) the same with violations weighed by a penalty; without one, rank
+    merit: Floats  # (designs, machines) of all motions together; 0 where a motion failed
+    broken: Floats  # (designs, machines, motions, failure + constraints) violations, 0 to 1
 
     @property
     def sound(self) -> Mask:
-        """(designs, machines) whether a machine passes every motion."""
+        """Mask (designs, machines): the machine passes every motion."""
         return np.asarray(~(self.broken > 0.0).any(axis=(2, 3)))
 
 
 class Ensemble(NamedTuple):
-    """Rules for the reduction to one number."""
+    """Rules for the reduction of motions and machines to one number."""
 
     weights: tuple[float, ...]  # of the motions
     constraints: tuple[Constraint, ...] = ()
     keep: Keep = "mean"
     quantile: float = 0.1
     forgiven: float = 0.0  # share of the machines that need not keep the constraints
-    nominal: tuple[bool, ...] = ()  # of the motions, which count on the nominal machine alone
+    nominal: tuple[bool, ...] = ()  # for each motion, whether it counts on the nominal machine only
 
     def verdict(
         self, judged: Judged, penalty: float | None = None, more_violation: Floats | float = 0.0
     ) -> Verdict:
-        """Verdict on ``judged`` (designs, machines, motions); constraints are its last values.
+        """Return the verdict on ``judged``, whose arrays begin with (designs, machines, motions).
 
-        ``more_violation`` (designs,) is added to the violation of each design and lowers its rank.
-
-        With a ``penalty`` merit and constraints are also weighed against each other: ``_weighed``.
+        The last of ``judged.values`` belong to the constraints. ``more_violation`` (designs,) is
+        added to the violation of each design. With a ``penalty``, the merit and the violation are
+        also weighed against each other (``_weighed``).
         """
         weights = self.shares(judged.failed.shape[1])
         with np.errstate(all="ignore"):
@@ -73,10 +73,10 @@ class Ensemble(NamedTuple):
     def best_rank(
         self, judged: Judged, machines: int, more_violation: Floats | float = 0.0
     ) -> Floats:
-        """(designs,) highest rank that each can still reach, with ``machines`` in all.
+        """Return the highest rank (designs,) that each can still reach on ``machines`` machines.
 
-        ``judged`` are the first of them. The others may have no cost and no violation, and the
-        forgiven ones may be the worst of the first.
+        ``judged`` has the results on the first machines. At best, the other machines have no cost
+        and no violation, and the forgiven machines are the worst of the first.
         """
         verdict, forgiven = self.verdict(judged), floored(self.forgiven * (machines - 1))
         required, left = machines - forgiven, max(judged.failed.shape[1] - 1 - forgiven, 0)
@@ -89,18 +89,18 @@ class Ensemble(NamedTuple):
         return np.where(least > 0.0, -least, merit)
 
     def tighter(self, factor: float) -> "Ensemble":
-        """The same rules with constraints tighter by a ``factor``: few machines stand for many."""
+        """Return the rules with limits divided by ``factor``, as few machines stand for many."""
         less = [one._replace(most=one.most / factor) for one in self.constraints]
         return self._replace(constraints=tuple(less))
 
     def costs(self, values: Floats) -> Floats:
-        """(designs, metrics) reduced from ``values`` (designs, machines, motions, metrics).
+        """Return costs (designs, metrics) from ``values`` (designs, machines, motions, metrics).
 
-        The reduction is that of merits: mean over the motions, then the chosen rule over the
+        They are reduced as merits are: mean over the motions, then the rule ``keep`` over the
         machines.
         """
         weights = self.shares(values.shape[1])[..., None]
-        low = self.quantile * (1.0 + SAME)  # to be among (n - 1) others, but for rounding
+        low = self.quantile * (1.0 + SAME)  # so that rounding does not select a neighbour
         with np.errstate(all="ignore"):
             each = np.where(weights > 0.0, weights * values, 0.0).sum(axis=2)
             ways = {
@@ -112,37 +112,37 @@ class Ensemble(NamedTuple):
 
     @property
     def _nominal(self) -> Mask:
-        """(motions,)."""
+        """Mask (motions,): the motion counts on the nominal machine only."""
         return np.array(self.nominal or [False] * len(self.weights))
 
     def shares(self, machines: int) -> Floats:
-        """(machines, motions) weights with the sum 1 in every machine; the nominal one is first."""
+        """Return weights (machines, motions), with sum 1 per machine; the nominal one is first."""
         counts = np.tile(self.weights, (machines, 1))
         counts[1:, self._nominal] = 0.0
         return np.asarray(counts / counts.sum(axis=1, keepdims=True))
 
     def _required(self, violation: Floats) -> Integers:
-        """(designs, some) machines that have to pass, the nominal one always."""
+        """Return indices (designs, required) of machines that must pass: the nominal, the best."""
         others = violation.shape[1] - 1
         order = np.argsort(violation[:, 1:], axis=1, kind="stable") + 1
         order = np.sort(order[:, : others - floored(self.forgiven * others)], axis=1)
         return np.concatenate([np.zeros_like(order, shape=(len(order), 1)), order], axis=1)
 
     def _violation(self, broken: Floats, machines: int) -> Floats:
-        """(designs, machines) sum of violations (``broken``) on the first of so many ``machines``.
+        """Return violations (designs, first machines): mean over the motions of summed ``broken``.
 
-        A requirement on one machine only counts as if it were required of all of them.
+        A motion that counts on the nominal machine only is multiplied by the number ``machines``.
         """
         often = np.where(self._nominal, machines, 1)
         return np.asarray((often * broken.sum(axis=-1)).mean(axis=2))
 
     def _weighed(self, merit: Floats, violation: Floats, penalty: float) -> Floats:
-        """(designs,) the merit that is kept, the less the larger the violation (designs,).
+        """Return the merits (designs,), reduced the more the larger the violation (designs,).
 
-        A penalty that grows on the way (Joines and Houck, CEC 1994) here multiplies costs, so that
-        it has no unit: 1 / ``penalty`` of violation is worth a factor e. A machine that fails costs
-        ``WORST`` times the median of them; where half of them fail, or too little is left for a
-        number, the violation ranks alone.
+        The penalty grows during a search (as in Joines and Houck, CEC 1994). Here it divides
+        merits, so that it has no unit: a violation of 1 / ``penalty`` divides a merit by e. A
+        machine costs at most ``WORST`` times the median. If half of the machines fail, or the
+        result is rounded to 0, the result is minus the violation.
         """
         median = np.median(merit, axis=1)
         overall = self._overall(np.maximum(merit, median[:, None] / WORST))
@@ -154,15 +154,15 @@ class Ensemble(NamedTuple):
         values = judged.values[..., judged.values.shape[-1] - len(self.constraints) :]
         most = np.array([one.most for one in self.constraints])
         scale = np.where(most > 0.0, most, 1.0)
-        # 0.1 in float32 is more than 0.1, and a drive that stands at such a limit keeps to it.
+        # 0.1 in float32 is more than 0.1, but a value that is just at this limit is allowed.
         over = np.where(values <= most * (1.0 + SAME_SINGLE), 0.0, values - most)
         over = np.nan_to_num(over / scale, nan=np.inf)
-        # More is always worse, but of what runs away only that it does counts, not how fast.
+        # A larger excess is always worse, but at most 1, however large it is.
         over = 1.0 - 1.0 / (1.0 + over)
         return np.concatenate([failed, np.where(failed, 1.0, over)], axis=-1)
 
     def _overall(self, merit: Floats) -> Floats:
-        """(designs,) one merit of all machines."""
+        """Return one merit (designs,) from the merits (designs, machines)."""
         low = self.quantile * (1.0 + SAME)
         with np.errstate(all="ignore"):
             ways = {

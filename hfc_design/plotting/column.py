@@ -31,7 +31,7 @@ LEAST, MOST = 7.0, 9.0
 #: Adjacent texts that would touch, such as numbers in cells: their smallest size [pt], and the
 #: share of the available width that they then take.
 CELL, FILLED = 5.0, 0.85
-#: Distance of a legend from what is below it, and of numbers of an axis, in dots of 1/100 in.
+#: Least distance of a legend from the axes below it, and between numbers of an axis [in / 100].
 ROOM, APART = 3.0, 5.0
 
 
@@ -60,10 +60,10 @@ def in_column(figure: Figure, width: float) -> None:
 
 
 def _ends(figure: Figure, axes: Axes, width: float) -> tuple[float, float]:
-    """Left and right end of axes in the new figure, as shares of its ``width``.
+    """Return the left and right end of axes in the new figure, as shares of the ``width``.
 
-    Margins are scaled by ``SMALLER``, the axes fill the rest; in a grid the columns share the width
-    without the gaps.
+    Margins are scaled by ``SMALLER``, and the axes fill the rest; in a grid the columns share the
+    width without the gaps.
     """
     before, margins = figure.get_figwidth(), figure.subplotpars
     share = SMALLER * before / width
@@ -83,7 +83,7 @@ def _ends(figure: Figure, axes: Axes, width: float) -> tuple[float, float]:
 
 
 def _label_place(axes: Axes) -> float:
-    """Distance of the y axis' label to the left of the axis [in]; 0 if placed automatically."""
+    """Return the position of the y axis' label from the axis [in], negative; 0 if automatic."""
     x, _ = axes.yaxis.label.get_position()
     box = axes.get_position(original=True)
     return x * box.width * cast(Figure, axes.get_figure()).get_figwidth() if -1.0 < x < 0.0 else 0.0
@@ -150,7 +150,7 @@ def _stretch(figure: Figure, places: list[float], more: list[float]) -> None:
 
 
 def _extents(figure: Figure, artists: Iterable[Text | Legend]) -> list[Bbox]:
-    """Bounding boxes of artists in a figure, in dots."""
+    """Return the bounding boxes of artists in a figure, in dots."""
     renderer: Any = FigureCanvasAgg(figure).get_renderer()
     return [artist.get_window_extent(renderer) for artist in artists]
 
@@ -169,7 +169,7 @@ def _part_texts(axes: Axes) -> None:
 
 
 def _thin_ticks(axes: Axes) -> None:
-    """Reduce the numbers below the axes if they would touch, unless a figure has fixed them."""
+    """Show fewer numbers below the axes if they would touch, unless the figure fixes them."""
     locator = axes.xaxis.get_major_locator()
     if isinstance(locator, MaxNLocator):
         for count in range(len(axes.get_xticks()) - 1, 0, -1):
@@ -179,7 +179,7 @@ def _thin_ticks(axes: Axes) -> None:
 
 
 def _touching(axes: Axes) -> bool:
-    """True if numbers below the axes are closer than ``APART``."""
+    """Return True if numbers below the axes are closer than ``APART``."""
     low, high = sorted(axes.get_xlim())
     labels = [x for x in axes.get_xticklabels() if low <= x.get_position()[0] <= high]
     boxes = _extents(cast(Figure, axes.get_figure()), (x for x in labels if x.get_text()))
@@ -203,7 +203,7 @@ def _fit(figure: Figure, legend: Legend) -> None:
 
 
 def _listed(figure: Figure, legend: Legend) -> Legend:
-    """The same legend in one column."""
+    """Replace a legend by the same one in a single column, and return that."""
     texts = legend.get_texts()
     names, handles = [text.get_text() for text in texts], cast(Any, legend.legend_handles)
     look: dict[str, Any] = {"fontsize": float(texts[0].get_fontsize()), "loc": "upper center"}

@@ -13,7 +13,7 @@ SLICES = 500
 
 
 def thinned(time: Floats, values: NDArray[Any]) -> tuple[Floats, NDArray[Any]]:
-    """The curve with the lowest and the highest point of each slice of time, in order."""
+    """Return the curve reduced to the lowest and highest point of each slice, and its ends."""
     values, size = drawable(values), -(-len(values) // SLICES)
     if size <= 2:
         return time, values

@@ -21,13 +21,13 @@ from hfc_design.plotting.files import Displayed
 
 WIDTH = 5.4  # of every figure [in]
 ROOM = 6  # characters of a number beside a y axis
-STRIP = 1.0  # margin on the right for a strip of colours, its numbers and what they mean [in]
-LABEL = 52  # letters; a longer label is cut off, the table has all of it
-LARGEST = 1e100  # number that is drawn as it is; matplotlib's axes fail far beyond
+STRIP = 1.0  # margin on the right for a strip of colours with numbers and a label [in]
+LABEL = 52  # letters of a label; a longer one is cut off, but a table shows it in full
+LARGEST = 1e100  # number that is drawn unchanged; matplotlib's axes fail far beyond
 DEEPEST = 1e-6  # share of the largest number to which a logarithmic axis goes down
 # Okabe and Ito's colours, which stay apart for a colour-blind reader.
 OWN, OTHER = "#0072B2", "#B34F00"
-#: Colours without the yellow that is hard to see on white, and black; colours of many curves.
+#: Colours of curves: without yellow, which is hard to see on white, and black as the last.
 COLOURS = (OWN, "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 STYLES = ("-", "--", "-.", ":")
 #: Height of a line of a legend of ``list_above`` [in].
@@ -37,7 +37,7 @@ LINE = 0.16
 def framed(
     height: float, top: float, left: float = 0.9, right: float = 0.15, bottom: float = 0.5
 ) -> Figure:
-    """A figure with margins in inches; automatic margins would draw everything twice."""
+    """Return a figure with margins [in]; automatic margins would draw everything twice."""
     figure = Displayed(figsize=(WIDTH, height))
     figure.subplots_adjust(
         left=left / WIDTH, right=1 - right / WIDTH, bottom=bottom / height, top=1 - top / height
@@ -66,10 +66,10 @@ def finish(axes: Axes, label: str, x: str = "") -> None:
 
 
 def logarithmic(axes: Axes) -> None:
-    """A logarithmic y axis with plain numbers, unless the data lie close together.
+    """Make the y axis logarithmic with plain numbers, unless data are negative or close together.
 
     Values below ``DEEPEST`` of the largest, including zeros, are drawn at the lower edge, with a
-    note in the picture: an error is at times 0, and rounding is not worth twelve decades.
+    note in the picture: errors of 0 or of rounding would add many useless decades.
     """
     values = np.concatenate([line.get_ydata() for line in axes.lines])
     positive = values[values > 0]
@@ -79,7 +79,7 @@ def logarithmic(axes: Axes) -> None:
     floor = 10.0 ** np.floor(np.log10(least))
     lowest = floor if (values < floor).any() else least
     many = positive.max() > 500 * lowest
-    powers = lowest < 1e-4 or positive.max() >= 1e5  # of which :g would write some, not all
+    powers = lowest < 1e-4 or positive.max() >= 1e5  # :g would use powers for some numbers only
     axes.set_yscale("log")
     if (values < floor).any():
         for line in axes.lines:
@@ -94,7 +94,7 @@ def logarithmic(axes: Axes) -> None:
 
 
 def _tick(value: float, power: bool) -> str:
-    """A number on a logarithmic axis; all numbers of an axis have powers of ten, or none has."""
+    """Return the text of a number on a logarithmic axis, with a power of ten if ``power``."""
     if not power or value <= 0.0:
         return f"{value:g}"
     mantissa, exponent = f"{value:.0e}".split("e")
@@ -106,14 +106,14 @@ _INSIDE: dict[str, Any] = {"ha": "right", "va": "bottom", "fontsize": 7.5, "colo
 
 
 def plain(label: str, longest: int = LABEL) -> str:
-    """A label with letters that every font contains."""
+    """Return a label with only letters that every font has, cut off after ``longest`` letters."""
     known = label.replace("–", "-").encode("latin-1", "replace").decode("latin-1")
     known = "".join(letter if letter.isprintable() else "?" for letter in known)
     return known if len(known) <= longest else known[: longest - 3] + "..."
 
 
 def distinct(names: Iterable[str], longest: int = LABEL) -> dict[str, str]:
-    """Distinct labels of names: names with the same beginning keep their ends."""
+    """Return a distinct label for each name; long names with the same beginning keep their ends."""
     shortened = {name: plain(name, longest) for name in names}
     ends = {name: f"...{plain(name, len(name) + 3)[3 - longest :]}" for name in shortened}
     same = Counter(shortened.values())
@@ -126,7 +126,7 @@ def distinct(names: Iterable[str], longest: int = LABEL) -> dict[str, str]:
 
 
 def above(figure: Figure, axes: Axes, size: float = 9.0, columns: int = 2, **where: Any) -> None:
-    """Place the legend of ``axes`` above everything, or at ``where``; its names may be any text."""
+    """Place the legend of ``axes`` above everything, or at ``where``; names are not formulas."""
     look: dict[str, Any] = {"frameon": False, "loc": "upper center", **where}
     handles = axes.get_legend_handles_labels()
     legend = figure.legend(*handles, fontsize=size, ncols=columns, **look)
@@ -142,21 +142,21 @@ def list_above(figure: Figure) -> None:
 
 
 def colour(k: int) -> str:
-    """Colour of a curve by its number, from 0."""
+    """Return the colour of a curve by its number, from 0."""
     return COLOURS[k % len(COLOURS)]
 
 
 def stroke(k: int) -> dict[str, Any]:
-    """Colour, width and dashes of a curve by its number, distinguishable in grey too.
+    """Return colour, width and dashes of a curve by its number, distinguishable in grey too.
 
-    The first curve is meant to lie below the others, and is broader; the others have gaps through
-    which it is visible.
+    The first curve is meant to lie below all later ones, and is broader; later curves have gaps
+    through which it is visible.
     """
     return {"color": colour(k), "lw": 1.2 if k else 1.9, "ls": STYLES[k % len(STYLES)]}
 
 
 def label_margin(labels: Iterable[str], size: float) -> float:
-    """Margin [in] for labels of ``size`` [pt] beside a y axis, which may have several lines."""
+    """Return the margin [in] for labels of ``size`` [pt] and several lines beside a y axis."""
     letters = FontProperties(size=size)
     lines = [line for label in labels for line in label.splitlines()]
     widths = (text_to_path.get_text_width_height_descent(x, letters, False)[0] for x in lines)
@@ -166,19 +166,19 @@ def label_margin(labels: Iterable[str], size: float) -> float:
 
 
 def drawable(values: Any) -> NDArray[Any]:
-    """Values limited for a picture: none beyond ``LARGEST``, 0 for those below its inverse."""
+    """Return values limited to ``LARGEST``; values below the inverse of ``LARGEST`` become 0."""
     seen = np.where(np.abs(values) < 1.0 / LARGEST, 0, values)
     return np.asarray(np.clip(seen, -LARGEST, LARGEST))
 
 
 def round_above(value: float) -> float:
-    """The smallest of 1, 2, 5 times a power of ten that is not below a positive value."""
+    """Return the smallest of 1, 2, 5 times a power of ten that is not below a positive value."""
     power = 10.0 ** np.floor(np.log10(value))
     return float(power * next((step for step in (1, 2, 5) if step * power >= value), 10))
 
 
 def colour_strip(figure: Figure, axes: Axes, drawn: Any, meaning: str, **options: Any) -> Colorbar:
-    """A strip in the right margin with the meaning of the colours."""
+    """Add a strip in the right margin with the meaning of the colours."""
     place = axes.get_position()
     strip = figure.add_axes((place.x1 + 0.02, place.y0, 0.03, place.height))
     bar = figure.colorbar(drawn, cax=strip, label=meaning, **options)

@@ -37,7 +37,7 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def kind_of(path: Path) -> str:
-    """The kind in ``FORMATS`` of a file's suffix; UserError: the suffix is another one."""
+    """Return the kind in ``FORMATS`` of a file's suffix; UserError: the suffix is another one."""
     kind = path.suffix.lower().removeprefix(".")
     if kind not in FORMATS:
         raise UserError(f"{path}: must end in .png, .svg or .pdf")
@@ -80,7 +80,7 @@ class Renderer(RendererPgf):
 
 
 def picture(figure: Figure) -> bytes:
-    r"""A PGF picture, which a paper includes by ``\input`` in its own fonts.
+    r"""Return a PGF picture, which a paper includes by ``\input`` in its own fonts.
 
     The same figure gives the same bytes.
 
@@ -100,7 +100,7 @@ def picture(figure: Figure) -> bytes:
 
 
 def image(figure: Figure, kind: str, dpi: float = 160.0) -> bytes:
-    """A figure as a file of a kind in ``FORMATS``, or pgf; equal figures give the same bytes."""
+    """Return a figure as a file of a ``kind``: ``FORMATS`` or pgf; equal figures, equal bytes."""
     if kind == "pgf":
         return picture(figure)
     buffer = io.BytesIO()
@@ -110,12 +110,12 @@ def image(figure: Figure, kind: str, dpi: float = 160.0) -> bytes:
 
 
 def address(figure: Figure) -> str:
-    """A figure as the address of an image, so that its names cannot clash with those of a page."""
+    """Return a figure as the address of an image; its names cannot clash with those of a page."""
     return "data:image/svg+xml;base64," + base64.b64encode(image(figure, "svg")).decode()
 
 
 def small_svg(figure: Figure) -> str:
-    """A figure as compact SVG: curves to a hundredth of a point, texts as texts."""
+    """Return a figure as compact SVG: curves to a hundredth of a point, texts as texts."""
     svg = image(figure, "svg").decode()
     for pattern, by in _SMALLER:
         svg = pattern.sub(by, svg)
@@ -123,12 +123,12 @@ def small_svg(figure: Figure) -> str:
 
 
 def small_address(figure: Figure) -> str:
-    """The compact SVG as the address of an image, in a third of the letters."""
+    """Return the compact SVG as the address of an image, a third as long as ``address``."""
     return "data:image/svg+xml," + quote(small_svg(figure), safe=" /:=;,()!*'-._~")
 
 
 def _rounded(curve: re.Match[str]) -> str:
-    """Commands of a path with rounded numbers."""
+    """Return the commands of a path with rounded numbers."""
     numbers = (
         x if x.isalpha() else f"{float(x):.2f}".rstrip("0").rstrip(".") for x in curve[1].split()
     )

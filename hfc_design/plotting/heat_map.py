@@ -19,7 +19,7 @@ def heat_map(
     meaning: str,
     shades: Floats | None = None,
 ) -> Figure:
-    """A table with a number in every cell, its first row on top as in the papers.
+    """Draw a table with a number in every cell, its first row on top as in the papers.
 
     Args:
         values: numbers in the cells.
@@ -37,7 +37,7 @@ def heat_map(
     limit = float(np.abs(shades).max()) or 1.0
     largest = np.abs(values).max()
     decimals = 2 if largest < 10 else 1 if largest < 100 else 0
-    if largest >= 10 and np.array_equal(values, np.round(values)):  # they need the room
+    if largest >= 10 and np.array_equal(values, np.round(values)):  # large numbers need the room
         decimals = 0
     rows, columns = (np.arange(len(of) + 1) - 0.5 for of in labels)
     mesh = axes.pcolormesh(columns, rows, shades, cmap="RdBu_r", vmin=-limit, vmax=limit)

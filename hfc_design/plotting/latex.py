@@ -58,7 +58,7 @@ LONG, SHARE = 40, 0.4
 DIGITS, LARGE = 4, 6
 #: Powers of ten up to which digits are written out.
 PLAIN = range(-3, 4)
-#: Letters of 10 points in a column of 88 mm and on a page of 181 mm, and between two columns.
+#: Letters (of 10 points) that fit a column of 88 mm and a page of 181 mm; gap between columns.
 COLUMN, PAGE, GAP = 50, 103, 2.4
 #: Parts of a text in TeX that are not letters on paper.
 COMMAND = re.compile(r"\\[a-z]+(?:\{\})?|[{}$^]")
@@ -68,7 +68,7 @@ POWER = re.compile(r"(?<=[A-Za-zµΩ])[23](?![\w.])")
 
 
 def escaped(text: str) -> str:
-    """A text that LaTeX prints literally.
+    """Return a text that LaTeX prints literally.
 
     Letters beyond Latin are kept: LuaLaTeX and XeLaTeX print those that the font has.
     """
@@ -77,16 +77,16 @@ def escaped(text: str) -> str:
 
 
 def _other(letters: str) -> str:
-    """Subscript digits, or a letter that must not join with the next."""
+    """Return subscript digits, or a letter that must not join with the next one."""
     below = letters.translate(BELOW)
     return f"{letters}{{}}" if below == letters else f"$_{{{below}}}$"
 
 
 def latex(name: str, table: Table, of: str = "", label: str = "") -> str:
-    r"""A ``table`` of a page about ``of``, with ``\label{tab:label-name}``.
+    r"""Return a ``table`` of a page about ``of`` in LaTeX, with ``\label{tab:label-name}``.
 
-    Numbers are aligned right, words left, long ones wrapped; the best cells are bold, and a comment
-    marks a table that is wider than a column.
+    Numbers are aligned right, words left; long texts are wrapped and the best cells bold. A comment
+    says if the table is wider than a column.
     """
     kinds, columns = [], []
     for numeric, head, *cells in zip(table.numeric, table.head, *table.rows, strict=True):
@@ -122,7 +122,7 @@ def latex(name: str, table: Table, of: str = "", label: str = "") -> str:
 
 
 def _width(columns: Sequence[Sequence[str]], kinds: Sequence[str]) -> list[str]:
-    """Comment on a table that is wider than a column."""
+    """Return a comment on a table that is wider than a column; no lines on others."""
     sizes: list[float] = []
     for cells, kind in zip(columns, kinds, strict=True):
         longest = max(len(COMMAND.sub("", cell)) for cell in cells)
@@ -138,12 +138,12 @@ def _width(columns: Sequence[Sequence[str]], kinds: Sequence[str]) -> list[str]:
 
 def _row(cells: Sequence[str]) -> str:
     line = " & ".join(cells)
-    # Behind a line TeX takes these for an option of its end.
+    # After the end of the previous line, TeX would take these for an option of that end.
     return ("{}" if line.startswith(("[", "*")) else "") + line + r" \\"
 
 
 def _words(cell: str) -> str:
-    """Words, followed by a unit in brackets with superscript powers."""
+    """Return escaped words; a unit in brackets at their end gets superscript powers."""
     return escaped(UNIT.sub(lambda unit: _powers(unit[0]), cell))
 
 
@@ -156,7 +156,7 @@ def _powers(unit: str) -> str:
 
 
 def _number(cell: str) -> str:
-    """A cell with shortened numbers, very large and small ones with a power of ten."""
+    """Return a cell with shortened numbers, very large and small ones with a power of ten."""
     parts = NUMBER.split(MINUS.sub("\N{MINUS SIGN}", cell))
     texts = [escaped(parts[0])]
     for mantissa, exponent, rest in zip(parts[1::3], parts[2::3], parts[3::3], strict=True):
@@ -165,7 +165,7 @@ def _number(cell: str) -> str:
 
 
 def _digits(mantissa: str, exponent: str | None) -> str:
-    """A number without a sign; a count, with neither a point nor a power, is kept."""
+    """Return a shortened number without a sign; a number without point and power is kept."""
     value = Decimal(f"{mantissa}e{exponent or 0}")
     if exponent is None and "." not in mantissa:
         return mantissa

@@ -14,13 +14,13 @@ SMALLER = {
 
 
 def readable(unit: str, size: float) -> tuple[float, str]:
-    """Factor and unit that turn a number of a ``size`` into one without a power of ten."""
+    """Return factor and unit that turn a number of a ``size`` into one without a power of ten."""
     steps = SMALLER.get(unit, ((1.0, unit),))
     return next((step for step in steps if abs(size) * step[0] < 1e3), steps[-1])
 
 
 def metric(key: str, meaning: str) -> tuple[str, str]:
-    """Name of a metric in tables, and its unit, the end of its ``meaning``: rms error, rad."""
+    """Return the name of a metric in tables, such as rms error, and its unit from ``meaning``."""
     unit = meaning.rpartition("[")[2].rstrip("]")
     words = key.replace("_", " ")
     for end in (in_a_name(unit), unit) if unit else ():
@@ -29,12 +29,12 @@ def metric(key: str, meaning: str) -> tuple[str, str]:
 
 
 def digits(value: float, count: int = 4) -> str:
-    """A number with so many digits, or all before the point; from 1e6 on with a power of ten."""
+    """Return a number with ``count`` digits, or all before the point; from 1e6 on with a power."""
     return f"{value:.0f}" if 10.0**count <= abs(value) < 1e6 else f"{value:.{count}g}"
 
 
 def score(value: float) -> str:
-    """Text of a fitness or a merit: small for contour errors, large as defined by Lin & Lee."""
+    """Return the text of a fitness or merit, small (of contour errors) or large (of Lin & Lee)."""
     if not isfinite(value):
         return "diverged"
     return f"{value:.1f}" if 10 <= abs(value) < 1e6 else f"{value:.4g}"

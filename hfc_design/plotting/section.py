@@ -16,7 +16,7 @@ class Drawing(NamedTuple):
     figure: Figure
     alt: str
     caption: str
-    cursor: Any = None  # of ``controllers.surfaces``: what a report tells under a cursor on it
+    cursor: Any = None  # numbers of ``controllers.surfaces`` for the cursor of a report
 
 
 class Section(NamedTuple):

@@ -37,12 +37,12 @@ class Place(NamedTuple):
     """Place of the name of a term."""
 
     top: float  # where the term is highest
-    shift: float  # of the name from there, so that the figure does not cut it off [pt]
+    shift: float  # of the name from ``top``, so that the figure does not cut the name off [pt]
     row: int  # 0 is the lowest
 
 
 def terms(panels: Sequence[Panel], title: str) -> Figure:
-    """Degrees of membership; names are above their terms, in as many rows as keep them apart."""
+    """Draw degrees of membership, with names above the terms, in rows so that none overlap."""
     places = [_places(panel) for panel in panels]
     rows = 1 + max(place.row for row in places for place in row)
     band = (3.0 + ROW * rows) / POINTS_PER_INCH
@@ -80,13 +80,13 @@ def _draw(axes: Axes, panel: Panel, places: Sequence[Place]) -> None:
 
 
 def _places(panel: Panel) -> list[Place]:
-    """Each name in the lowest row that keeps it clear of previous ones, on a page and a paper."""
+    """Place each name in the lowest row where it overlaps no previous one, on page or paper."""
     (low, high), wide = panel.ends, POINTS_PER_INCH * (WIDTH - LEFT - RIGHT)
     places: list[Place] = []
-    filled: list[float] = []  # up to where each row is
+    filled: list[float] = []  # where the last name of each row ends
     for name, curve in panel.curves.items():
         values, degrees = curve
-        highest = values[degrees >= degrees.max() - 1e-9]  # of a flat top the middle
+        highest = values[degrees >= degrees.max() - 1e-9]  # the name is above the middle
         top = 0.5 * float(highest[0] + highest[-1])
         half = 0.5 * TextPath((0.0, 0.0), name, size=SIZE).get_extents().width
         centre = (top - low) / (high - low) * wide

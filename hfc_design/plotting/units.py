@@ -16,14 +16,14 @@ POINTS = 81
 BANDS = 12
 #: Number of these points in one step of a surface in space.
 EVERY = 2
-#: Height of the shades below the picture of a surface.
+#: Order of drawing below which shades of a surface lie; a report makes these pixels.
 BELOW = 0.0
 
 
 def surface(
     column: Floats, row: Floats, values: Floats, labels: tuple[str, str], title: str, meaning: str
 ) -> Figure:
-    """The output of a unit as colours.
+    """Draw the output of a unit as colours.
 
     Args:
         column: (columns,) values of the column's input, in the unit of its label.
@@ -36,14 +36,14 @@ def surface(
     figure = framed(4.0, top=0.35, right=STRIP)
     axes = figure.subplots()
     low, high = float(values.min()), float(values.max())
-    if low * high > 0.0:  # of one sign: what differs is told by all colours
+    if low * high > 0.0:  # of one sign: all colours for the differences
         filled = axes.contourf(column, row, values, BANDS, cmap="viridis", zorder=-1)
         ticks = MaxNLocator(7)
     else:
         limit = max(-low, high) or 1.0
         division = round_above(limit / BANDS)
         count = int(np.ceil(limit / division + 0.5))
-        levels = division * (np.arange(-count, count) + 0.5)  # none at 0: rounding would draw it
+        levels = division * (np.arange(-count, count) + 0.5)  # no line at 0, due to rounding errors
         filled = axes.contourf(column, row, values, levels, cmap="RdBu_r", zorder=-1)
         ticks = MaxNLocator(7, symmetric=True)
     filled.set_edgecolor("face")  # else white hairlines show between the bands
@@ -58,7 +58,7 @@ def surface(
 def solid(
     column: Floats, row: Floats, values: Floats, labels: tuple[str, str], title: str, meaning: str
 ) -> Figure:
-    """The output of a unit as a surface in space, with the output as its height."""
+    """Draw the output of a unit as a surface in space, with the output as the height."""
     figure = Displayed(figsize=(WIDTH, 4.6))
     axes: Any = figure.add_axes((0.0, 0.0, 0.9, 1.0), projection="3d")
     limit = float(np.abs(values).max()) or 1.0

@@ -1,1 +1,1 @@
-"""The reference of all parts and keys, as gathered from the code. Never imports JAX."""
+"""Reference of all parts (plants, controllers, ...) and all keys of files. Never imports JAX."""

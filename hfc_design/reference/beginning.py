@@ -1,4 +1,4 @@
-"""The initial scenario of ``hfc init``: a move of a plant, and the goals of a good one."""
+"""The scenario that ``hfc init`` writes: a plant makes a move and has to reach goals."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -13,33 +13,33 @@ HIERARCHY = "pd+hierarchical-fuzzy"
 
 
 class Move(NamedTuple):
-    """A move from rest to rest in a unit of positions, or of a plant; target of its error."""
+    """A move from rest to rest, in units of the position, with the target of its error."""
 
     distance: float
     velocity: float
     acceleration: float
     target: float
-    scale: float  # of the error for a fuzzy unit
+    scale: float  # factor of the error at the input of a fuzzy unit
 
     def path(self) -> dict[str, float]:
-        """Keys of the trapezoidal reference of the move."""
+        """Return key -> value for the trapezoidal reference of the move."""
         return {key: getattr(self, key) for key in ("distance", "velocity", "acceleration")}
 
 
-MOVES = {
+MOVES = {  # by unit of the position, or by plant
     "rad": Move(0.05, 0.1, 0.5, 1e-4, 3000.0),
     "deg": Move(20.0, 40.0, 200.0, 0.01, 20.0),
     "mm": Move(20.0, 40.0, 200.0, 0.01, 20.0),
     "BLU": Move(1000.0, 2000.0, 10000.0, 1.0, 0.1),
     "milling-table": Move(4.0, 8.0, 40.0, 0.01, 20.0),  # no faster than 10 V drive it
 }
-#: Move in a unit without an entry above, as an own plant may have it.
+#: Move in a unit that ``MOVES`` does not have, for example of a user's own plant.
 OTHER = Move(1.0, 1.0, 5.0, 1e-3, 100.0)
-#: Usual sample times [s] of the controls of these plants.
+#: Usual sample times [s] by plant; ``FIVE`` for several axes, ``ELSE`` for any other plant.
 SAMPLES = {"feed-drive": 0.01, "milling-table": 0.005}
 FIVE, ELSE = 0.002, 0.001
-#: Sensors and limits of such drives: those of c-axis-practical, positioning-stage-move,
-#: milling-table-robust and five-axis-robust; a feed drive has its own encoder.
+#: Plant -> usual sensors and limits: those of the scenarios c-axis-practical, five-axis-robust,
+#: milling-table-robust and positioning-stage-move; a feed drive has its own encoder.
 SENSED: dict[str, dict[str, Plain]] = {
     "c-axis": {
         "sensors.encoder_resolution": 3e-6,
@@ -68,17 +68,17 @@ SENSED: dict[str, dict[str, Plain]] = {
         "limits.command": 10.0,
     },
 }
-#: Machines that differ, of any plant, and how many a search simulates for each candidate.
+#: Tolerance of the parameters, and number of machines that a search simulates per candidate.
 ROBUST: dict[str, Plain] = {
     "robust.spread": 0.2,
     **dict.fromkeys(("robust.first", "robust.machines", "robust.elite"), 8),
 }
-#: What each of them has to meet, besides an error in the end of so many targets.
+#: Constraints of every machine; in addition ``late_error``, as a multiple of the error's target.
 CONSTRAINTS, LATE = {"limit_share": 0.05, "unsettled": 0.3}, 10.0
 
 
 def beginning(plant: str, controller: str, added: Sequence[Entry] = ()) -> str:
-    """A commented scenario as TOML; ``added`` are the entries of own parts.
+    """Return a commented scenario as TOML; ``added`` has the entries of a user's own parts.
 
     Raises:
         UserError: the controller needs keys that have no default.
@@ -115,7 +115,7 @@ def beginning(plant: str, controller: str, added: Sequence[Entry] = ()) -> str:
 def _live(
     named: dict[str, str], axes: list[str], of_axes: dict[str, str], units: dict[str, str]
 ) -> dict[str, Plain]:
-    """Keys that users change first; ``of_axes`` are units of the signals of several axes."""
+    """Return the keys that are set, with values; ``of_axes``: signal of an axis -> unit."""
     plant, controller = named[reference.PLANT], named[reference.CONTROLLER]
     move = MOVES.get(plant) or MOVES.get(units.get("error", ""), OTHER)
     several = axes != ["one"]

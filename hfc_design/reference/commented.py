@@ -1,6 +1,6 @@
 """Keys of a scenario as lines of TOML with their meanings; keys that are not set are commented out.
 
-``# text`` is a remark for readers, ``#key = value`` becomes a key without its first character.
+``# text`` is a remark for readers; ``#key = value`` becomes a key if its # is removed.
 """
 
 import re
@@ -13,7 +13,7 @@ from hfc_design.core.numbers import Json, Plain
 from hfc_design.reference.entries import Entry, entry_of, in_units, leaves
 
 WIDTH = 98
-#: Tables that may be left empty: their heads may stand without a key.
+#: Tables that may be empty: their heads are not commented out, even without a key.
 HARMLESS = (
     *("plant", "plant.parameters", "simulation", "reference", "load", "limits", "sensors"),
     *("fitness", "controller", "search", "run"),
@@ -28,12 +28,12 @@ STANDS_FOR = {"number": "NUMBER", "whole number": "NUMBER", "text": '"TEXT"', "f
 
 
 def commented(live: Mapping[str, Plain], known: Sequence[Entry], units: Mapping[str, str]) -> str:
-    """A scenario with the ``live`` values of dotted keys, every other key commented out."""
+    """Return a scenario with the ``live`` values of dotted keys; other keys are commented out."""
     return _text(live, known, [one for one in known if _is_line(one, known, live)], units, HARMLESS)
 
 
 def rest(data: Json, known: Sequence[Entry], units: Mapping[str, str]) -> str:
-    """Keys that a scenario does not set, all commented out, to be appended to it."""
+    """Return lines to append to a scenario: keys that it does not set, all commented out."""
     said = [key for key, _ in leaves(data)]
     listed = tuple(f"{key}.N." for key in ("motions", "windows") if data.get(key))
     left = [
@@ -47,7 +47,7 @@ def rest(data: Json, known: Sequence[Entry], units: Mapping[str, str]) -> str:
 
 
 def explained(text: str, known: Sequence[Entry], units: Mapping[str, str]) -> str:
-    """Text of ``tomli_w`` with the meaning of each table or key before its first occurrence."""
+    """Return ``text`` of ``tomli_w`` with each meaning once, before its table or key."""
     lines, written_before, table = [], {""}, ""
     counts: dict[str, int] = {}
     for line in text.splitlines():
@@ -58,7 +58,7 @@ def explained(text: str, known: Sequence[Entry], units: Mapping[str, str]) -> st
         match = KEY.match(line)
         key = table if head else f"{table}.{match[1]}".strip(".") if match else ""
         first, _, below = key.partition(".")
-        if first in counts:  # of a list of tables: its keys have a number in between
+        if first in counts:  # a list of tables: known keys have a number inside
             key = f"{first}.{counts[first]}.{below}".strip(".")
         one = entry_of(key, known) if key else None
         meaning = _line_of(one, units) if one else ""
@@ -74,14 +74,14 @@ def _text(
     units: Mapping[str, str],
     heads: Sequence[str],
 ) -> str:
-    """Lines of these rows, each table under its head, which is commented out if no key is live.
+    """Return lines for ``rows``: first the keys without a table, then table by table.
 
-    Keys without a table come first, then each complete table, at the place of its first key.
+    The head of a table is commented out if no key in it is live and ``heads`` does not name it.
     """
     known_as = {one.key: one for one in known}
     tables: dict[str, list[Entry]] = {"": []}
     for row in rows:
-        # A table of names is one that has no keys of its own.
+        # A table with arbitrary names has no other rows: its own row belongs under its head.
         table = row.key if row.type.startswith("table of") else row.key.rpartition(".")[0]
         tables.setdefault(table, []).append(row)
     text = "".join(_line(one, False, live, units) for one in tables.pop(""))
@@ -111,9 +111,9 @@ def _is_line(one: Entry, known: Iterable[Entry], live: Mapping[str, Plain]) -> b
 
 
 def _line(one: Entry, head: bool, live: Mapping[str, Plain], units: Mapping[str, str]) -> str:
-    """Line of a key with its meaning; for a table of names, with the meaning of its values.
+    """Return a key as a line after its meaning; it is commented out if it is not live.
 
-    The ``head`` of such a table already has the meaning of the table.
+    If ``head``, the entry is a table with arbitrary names: only its live values are returned.
     """
     if head:
         inside = live.get(one.key) or {}
@@ -135,7 +135,7 @@ def _line_of(one: Entry, units: Mapping[str, str]) -> str:
 
 
 def written(value: Plain) -> str:
-    """A value in TOML, on one line."""
+    """Return a value in TOML, on one line."""
     if isinstance(value, Mapping):
         inside = ", ".join(f"{key} = {written(one)}" for key, one in value.items())
         return f"{{ {inside} }}" if inside else "{}"

@@ -22,9 +22,9 @@ FILE = Path(__file__).parent / "reference.json"
 PLANT, CONTROLLER, STRATEGY, OBJECTIVE = "plant", "controller", "strategy", "objective"
 REFERENCE, METRIC, FORMAT = "reference", "metric", "format"
 SCENARIO, DESIGN, KEY, DESIGN_KEY = "scenario", "design", "key", "design-key"
-#: What is ``allowed`` of metrics that no scenario can name, and of margins of a loop.
+#: Values of ``Entry.allowed``: of metrics that no scenario can name, and of stability margins.
 IN_TABLES, IN_CONSTRAINTS = "in tables only", "in [constraints] only"
-#: Unit of a value that is measured in the unit of the metric whose name stands at its key.
+#: Value of ``Entry.unit`` for a number in the unit of the metric that its key names.
 OF_METRIC = "of the metric"
 
 
@@ -32,27 +32,27 @@ class Entry(NamedTuple):
     """Entry of the reference: a named part, such as a plant, or one of its keys or numbers."""
 
     kind: str  # plant, controller, strategy, objective, reference, metric, format, ...
-    name: str  # of the thing: "c-axis"; of a key of every scenario or design its dotted key
-    part: str = ""  # "": the thing itself; parameter, signal, metric, setting, design, fact: of it
+    name: str  # of the thing, as "c-axis"; of a "key" or "design-key" the dotted key
+    part: str = ""  # "": the thing; else its parameter, signal, metric, setting, design, fact
     key: str = ""  # where it stands in a file: "plant.parameters.poles"; of a signal its name
     type: str = ""  # in words
     unit: str = ""  # "1": none; error, command, load and signal stand for those of the plant
     default: Plain = None  # None: there is none
     required: bool = False  # whether it has to be given
-    absent: bool = False  # of a table: left out, it is not there, and none of its defaults holds
-    allowed: str = ""  # in words; "": whatever has its type
+    absent: bool = False  # of a table: if it is left out, the defaults of its keys do not hold
+    allowed: str = ""  # values in words; "": any value of the type
     meaning: str = ""
     source: str = ""  # where the equation is printed: "LL eq. 1-2"
 
 
 @cache
 def entries() -> tuple[Entry, ...]:
-    """Every entry, in reading order."""
+    """Return every entry, in the order of the data file."""
     return tuple(Entry(**one) for one in json.loads(FILE.read_text("utf-8")))
 
 
 def written(every: Iterable[Entry]) -> str:
-    """Text of the data file of these entries: one line each, default values omitted."""
+    """Return the text of the data file for entries: a line for each, without default values."""
     usual = Entry._field_defaults
     lines = [
         {key: x for key, x in one._asdict().items() if key not in usual or x != usual[key]}
@@ -62,12 +62,12 @@ def written(every: Iterable[Entry]) -> str:
 
 
 def things(kind: str) -> list[Entry]:
-    """Entries of the things of a kind themselves, without their parts."""
+    """Return the entries of all things of a kind, as all plants, without those of their parts."""
     return [one for one in entries() if one.kind == kind and not one.part]
 
 
 def parts(kind: str, name: str, others: Iterable[Entry] = ()) -> list[Entry]:
-    """Entries of the parts of a thing, which may be a user's own with entries among ``others``."""
+    """Return the entries of a thing's parts; those of a user's own thing are in ``others``."""
     for every in (entries(), others):
         if listed := [one for one in every if (one.kind, one.name) == (kind, name) and one.part]:
             return listed
@@ -77,7 +77,7 @@ def parts(kind: str, name: str, others: Iterable[Entry] = ()) -> list[Entry]:
 def unknown(
     what: str, name: str, known: Iterable[str], listed: Iterable[str] | None = None
 ) -> UserError:
-    """The error for an unknown name, with similar names and the known or ``listed`` ones."""
+    """Return the error for an unknown name, with similar names and the known or ``listed`` ones."""
     names = [*known]
     if listed is None:
         there = one_of(name, names)
@@ -88,7 +88,7 @@ def unknown(
 
 
 def in_units(unit: str, units: Mapping[str, str]) -> str:
-    """A unit of the reference in the units of a plant: command/error of a C-axis is V/rad."""
+    """Return a unit in the units of a plant: for a C-axis, command/error becomes V/rad."""
 
     def unit_of(match: re.Match[str]) -> str:
         text = units.get(match[0], match[0])
@@ -99,7 +99,7 @@ def in_units(unit: str, units: Mapping[str, str]) -> str:
 
 
 def units_of(plant: str, others: Iterable[Entry] = ()) -> dict[str, str]:
-    """Unit of each signal of a plant; for a plant with several axes, of the first one."""
+    """Return signal -> unit of a plant; if it has several axes, of the first one."""
     units: dict[str, str] = {}
     for one in parts(PLANT, plant, others):
         if one.part == "signal":
@@ -115,22 +115,22 @@ NAMED = {
     "controller.kind": CONTROLLER,
     "search.preset": STRATEGY,
 }
-#: Tables whose axes have the keys of the table, and tables of a motion that a scenario has too.
+#: Parts that ``entry_of`` removes from keys: the axis in a table, the motion, the axis of a plant.
 ALIKE = re.compile(r"^(load|limits|sensors)\.axes\.[^.]+\.(?=.)")
 IN_MOTION = re.compile(r"^motions\.\d+\.(?=(reference|load|start)\.)")
 OF_AXIS = re.compile(r"^plant\.axes\.[^.]+\.(?=.)")
-#: Units of the reference without a fixed meaning: the signal's own, and one that a plant lacks.
+#: Units that stay words: "of the ...", and of a signal that the plant does not have.
 ANY = re.compile(r"^of the |\b(error|command|load|signal)\b")
 #: Types of the reference that are numbers.
 NUMBERS = "number", "whole number"
-#: Placeholder for a name in a key of the reference.
+#: Placeholder in a key of the reference -> pattern of the names for which it stands.
 PLACES = {"AXIS": r"[^.]+", "NAME": r"[^.]+", "N": r"\d+"}
-#: Tables with their own keys for each name in them, which are not checked here.
+#: Tables in which each entry has the keys of its own kind; they are not checked here.
 OWN = re.compile(r"^(motions\.\d+\.)?(reference\.axes|controller\.(axes|inner|start))\.")
 
 
 def chosen(data: Json) -> dict[str, str]:
-    """Kind -> name of the thing of that kind that a scenario names, or has by default."""
+    """Return kind -> name of the thing that a scenario names or has by default."""
     names = {}
     defaults = {one.key: one.default for one in things(KEY)}
     for key, kind in NAMED.items():
@@ -142,9 +142,9 @@ def chosen(data: Json) -> dict[str, str]:
 
 
 def keys_of(named: Mapping[str, str], others: Sequence[Entry] = ()) -> list[Entry]:
-    """Keys of a scenario that names the things ``named``, kind -> name.
+    """Return the entries of all keys of a scenario with the things ``named`` (kind -> name).
 
-    ``others`` are entries of a user's own parts. The tables are in the order of the file.
+    ``others`` are entries of a user's own parts. The tables are in the order of the reference.
     """
     keys = things(KEY)
     order = {one.key.partition(".")[0]: k for k, one in enumerate(keys)}
@@ -155,7 +155,7 @@ def keys_of(named: Mapping[str, str], others: Sequence[Entry] = ()) -> list[Entr
 
 
 def scenario_keys(data: Json, others: Sequence[Entry] = ()) -> list[Entry]:
-    """Keys that the scenario of a file may have, with those of its motions' references last."""
+    """Return the entries of keys that a scenario may have; those of its motions come last."""
     keys = keys_of(chosen(data), others)
     motions = data.get("motions")
     for motion in motions if isinstance(motions, list) else ():
@@ -166,7 +166,7 @@ def scenario_keys(data: Json, others: Sequence[Entry] = ()) -> list[Entry]:
 
 
 def entry_of(key: str, known: Sequence[Entry]) -> Entry | None:
-    """Entry of a key of a file: its own, or that of the table of names that contains it."""
+    """Return the entry of a key, or of a list or table of names around it; None: unknown."""
     key = ALIKE.sub(r"\1.", IN_MOTION.sub("", key))
     if any(one.key.startswith("plant.parameters.") for one in known):  # axes of one drive
         key = OF_AXIS.sub("plant.parameters.", key)
@@ -181,14 +181,14 @@ def entry_of(key: str, known: Sequence[Entry]) -> Entry | None:
 
 
 def unit_at(key: str, entry: Entry, units: Mapping[str, str]) -> str:
-    """Unit of the value at a key of a file with this ``entry``, in the units of a plant."""
+    """Return the unit of the value at a key with this ``entry``, in the ``units`` of a plant."""
     named = (one for one in things(METRIC) if one.allowed != IN_TABLES)
     measured = next((one.unit for one in named if one.name in key.split(".")), entry.unit)
     return in_units(measured if entry.unit == OF_METRIC else entry.unit, units)
 
 
 def keys_in(data: Json, unlisted: Callable[[str], list[Entry]] = lambda plant: []) -> Keys:
-    """Keys of the scenario in ``data``, which are looked up when the first one is needed.
+    """Return the keys of the scenario in ``data``, which are looked up at the first use.
 
     ``unlisted`` gives the entries of a plant that is a user's own.
     """
@@ -208,12 +208,12 @@ def keys_in(data: Json, unlisted: Callable[[str], list[Entry]] = lambda plant: [
     return Keys(unit, lambda: (one.key for one in known()[0]), whose)
 
 
-#: A key that more things have than this is attributed to none of them.
+#: A key that more things than this have is attributed to none of them.
 FEW = 3
 
 
 def whose(key: str) -> str:
-    """Names of the things that have a key of a file which others of their kind do not have."""
+    """Return the names of the things that have this key; "" if more than ``FEW`` have it."""
     every = (one for one in entries() if one.part in ("setting", "parameter"))
     names = {f"{one.kind} {one.name}" for one in every if _fits(one.key, key)}
     return alternatives(sorted(names)) if len(names) <= FEW else ""
@@ -228,7 +228,7 @@ def _fits(pattern: str, key: str) -> bool:
 
 
 def leaves(data: Any, prefix: str = "") -> Iterator[tuple[str, Plain]]:
-    """Dotted keys and values of a file, motions and windows by number; empty tables included."""
+    """Yield (dotted key, value) of a file, also of empty tables; motions, windows are numbered."""
     listed = prefix in ("motions", "windows")
     if isinstance(data, Mapping) and (data or not prefix):
         for key, value in data.items():
@@ -241,7 +241,7 @@ def leaves(data: Any, prefix: str = "") -> Iterator[tuple[str, Plain]]:
 
 
 def _metric_fault(key: str) -> str:
-    """What is wrong with the metric that a key of a file names; "" if nothing is."""
+    """Return what is wrong with the metric that a key of a file names; "" if nothing is."""
     bound = re.fullmatch(r"(constraints|fitness\.tolerances)\.([^.]+)(\..*)?", key)
     if bound is None or key == "constraints.band":
         return ""
@@ -254,7 +254,7 @@ def _metric_fault(key: str) -> str:
 
 
 def check_keys(data: Json, known: Sequence[Entry], source: str) -> None:
-    """UserError: a file has unknown keys, listed with similar ones, or a value is not a number."""
+    """Check a file; UserError: unknown keys or metrics, or another value in place of a number."""
     wrong = []
     for key, value in leaves(data):
         entry = entry_of(key, known)

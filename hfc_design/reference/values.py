@@ -8,7 +8,7 @@ from hfc_design.reference import entries as reference
 from hfc_design.reference.entries import Entry
 
 FILE, DEFAULT, SCENARIO = "the file", "default", "the scenario"
-#: Keys that a motion may set itself -> origin of the value if it does not.
+#: Key that a motion may set -> key of the scenario that holds if it does not.
 OF_MOTION = {
     "duration_s": "simulation.duration_s",
     "settled_after_s": "fitness.settled_after_s",
@@ -24,13 +24,13 @@ class Value(NamedTuple):
     key: str
     value: Plain
     default: Plain
-    where: str  # the value is from: FILE, DEFAULT, or SCENARIO in a motion
+    where: str  # origin of the value: FILE, DEFAULT, or in a motion SCENARIO
     unit: str = ""
     meaning: str = ""
 
 
 def values(data: Json, known: Sequence[Entry], others: Sequence[Entry] = ()) -> list[Value]:
-    """Keys that a file sets, in the order of the file, then those that it leaves at a default.
+    """Return the keys that a file sets, in its order, then those that it leaves at a default.
 
     ``known`` are the existing keys, ``others`` the entries of a user's own parts.
     """
@@ -47,7 +47,7 @@ def values(data: Json, known: Sequence[Entry], others: Sequence[Entry] = ()) -> 
         of_motion = one.kind == reference.REFERENCE and one.name != named[reference.REFERENCE]
         without = one.required or one.type == "table" or one.default in (None, {}, [])
         places = reference.PLACES.keys() & {*one.key.split(".")}
-        # Motions of one kind have its keys once.
+        # If several motions have one kind of reference, its keys are known several times.
         is_told = any(f"{x.key}.".startswith(f"{one.key}.") for x in listed)
         if not (of_motion or one.key.startswith(tuple(absent)) or without or places or is_told):
             unit = reference.in_units(one.unit, units)
@@ -56,7 +56,7 @@ def values(data: Json, known: Sequence[Entry], others: Sequence[Entry] = ()) -> 
 
 
 def _set(key: str, value: Plain, known: Sequence[Entry], units: Mapping[str, str]) -> Value:
-    """A key that a file sets."""
+    """Return a key that a file sets, with default, unit and meaning if it is known."""
     entry = reference.entry_of(key, known)
     if entry is None:
         return Value(key, value, None, FILE)
@@ -66,7 +66,7 @@ def _set(key: str, value: Plain, known: Sequence[Entry], units: Mapping[str, str
 
 
 def motions(data: Json) -> Iterator[tuple[str, list[Value]]]:
-    """Name of each motion and its values: set in the motion, by the scenario, or nowhere."""
+    """Yield each motion's name, and the values that it sets or takes from the scenario."""
     listed = data.get("motions", [])
     for k, motion in enumerate(listed if isinstance(listed, list) else ()):
         if isinstance(motion, Mapping):
@@ -82,7 +82,7 @@ def motions(data: Json) -> Iterator[tuple[str, list[Value]]]:
 
 
 def _at(data: Any, key: str) -> Plain:
-    """Value at a dotted key; None if the key is not set."""
+    """Return the value at a dotted key; None if the key is not set."""
     for part in key.split("."):
         data = data.get(part) if isinstance(data, Mapping) else None
     return data

@@ -27,8 +27,8 @@ class Page(NamedTuple):
     html: bytes
     figures: dict[str, Figure]
     tables: dict[str, Table]
-    of: str  # what the page is about, as captions outside of it say; "" where they say it anyway
-    label: str  # the same in letters that labels may have
+    of: str  # subject of the page, for captions outside it; "" if captions name the subject anyway
+    label: str  # the subject in letters and digits, for labels in LaTeX
 
 
 def rendered(
@@ -39,10 +39,10 @@ def rendered(
     label: str = "",
     **values: object,
 ) -> Page:
-    """The page of a template; all values are escaped.
+    """Return the page that the template ``name`` makes from ``values``, which are escaped.
 
-    ``of`` is the subject of the page, ``label`` a short form of it for labels; ``picture`` converts
-    a figure to the address of an image.
+    ``of`` is the subject of the page, ``label`` a short form of the subject for labels; ``picture``
+    converts a figure to the address of an image.
     """
     environment = Environment(
         loader=PackageLoader("hfc_design.report"), autoescape=True, undefined=StrictUndefined
@@ -55,7 +55,7 @@ def rendered(
         return _shaded(picture, figure) if shaded else picture(figure)
 
     def collected(table: Table, called: str) -> Table:
-        texts = table._replace(rows=[[*map(str, row)] for row in table.rows])  # an own kind's
+        texts = table._replace(rows=[[*map(str, row)] for row in table.rows])  # if not text
         tables[_free(called, tables)] = texts
         return texts
 
@@ -67,20 +67,20 @@ def rendered(
 
 
 def plain_name(called: str) -> str:
-    """Letters and digits of a title, as valid in file names and labels."""
+    """Return the letters and digits of a title with hyphens, valid in file names and labels."""
     letters = re.sub("[^a-z0-9]+", "-", called.lower()).strip("-")
     return letters[:LONGEST].rstrip("-") or "unnamed"
 
 
 def _free(called: str, taken: Container[str]) -> str:
-    """An unused file name from a title: its letters and digits, with a number if necessary."""
+    """Return an unused file name from a title: ``plain_name``, with a number if necessary."""
     name = plain_name(called)
     names = chain([name], (f"{name}-{k}" for k in count(2)))
     return next(one for one in names if one not in taken)
 
 
 def _shaded(picture: Callable[[Figure], str], figure: Figure) -> str:
-    """As ``picture``, with the shades of a surface as pixels, in a third of the letters."""
+    """Return ``picture(figure)`` with the shades of a surface as pixels, a third as long."""
     axes = figure.axes[0]
     axes.set_rasterization_zorder(BELOW)
     image = picture(figure)
@@ -89,16 +89,16 @@ def _shaded(picture: Callable[[Figure], str], figure: Figure) -> str:
 
 
 def inside(*names: str) -> Markup:
-    """Files of this folder, concatenated for inclusion in a page."""
+    """Return files of this folder, concatenated for inclusion in a page."""
     texts = [(files(__name__) / name).read_text(encoding="utf-8") for name in names]
     return Markup("\n").join(map(Markup, texts))
 
 
 def capital(text: str) -> str:
-    """A line with a capital first letter."""
+    """Return a line with a capital first letter."""
     return text[:1].upper() + text[1:]
 
 
 def digest(text: str) -> str:
-    """Digest by which a page identifies its own scripts and styles."""
+    """Return the digest by which a page identifies its own scripts and styles."""
     return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()

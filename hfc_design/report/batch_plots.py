@@ -39,12 +39,12 @@ COLUMNS, PANEL = 2, 1.2  # panels of distributions side by side; height of each 
 TITLE = 30  # letters of a line above such a panel
 #: Ratios closer to 1 than this factor count as close.
 CLOSE = 1.1
-#: Share of the machines that a panel shows: a few that run away would make the others a line.
+#: Share of the machines that a panel shows: a few very large values would squeeze all others.
 SHOWN = 0.99
 
 
 def outcomes(scores: Mapping[str, Floats], measure: str) -> Figure:
-    """The final score of every run, a column for each group, with median and quartiles.
+    """Draw the final score of every run, a column for each group, with median and quartiles.
 
     Args:
         scores: (runs,) scores of each group, at least one, by its label, which begins with its
@@ -75,7 +75,7 @@ def outcomes(scores: Mapping[str, Floats], measure: str) -> Figure:
 
 
 def ratios(labels: Sequence[str], values: Sequence[float]) -> Figure:
-    """Positive ratios of simulated to published figures, one line for each, from the top down."""
+    """Draw positive ratios of simulated to published numbers, each in a line, from the top down."""
     place = np.arange(len(values))
     height = 0.75 + 0.2 * len(values)
     figure = Figure(figsize=(WIDE, height))
@@ -106,11 +106,11 @@ def ratios(labels: Sequence[str], values: Sequence[float]) -> Figure:
 
 
 def distributions(judged: Robustness | Usable, title: str) -> Figure:
-    """Share of the machines up to a value for each metric, with the nominal value dashed.
+    """Draw for each metric the share of machines up to a value, with the nominal value dashed.
 
-    For the stable machines, with a band from the 5 % to the 95 % quantile; metrics that are the
-    same on every machine are left out. ``Usable`` has a row for each motion and a column for each
-    measure, including machines that do not pass.
+    ``Robustness``: only stable machines, with a band from the 5 % to the 95 % quantile; metrics
+    that are the same on every machine are left out. ``Usable``: all machines, also those that do
+    not pass, in a row for each motion and a column for each measure.
     """
     if isinstance(judged, Usable):
         return _in_motions(judged, title)
@@ -144,7 +144,7 @@ def distributions(judged: Robustness | Usable, title: str) -> Figure:
 
 
 def _in_motions(judged: Usable, title: str) -> Figure:
-    """A row for each motion, a column for each metric."""
+    """Draw distributions with a row for each motion and a column for each measure."""
     rows, columns = len(judged.motions), len(judged.units)
     share = f"{100 * judged.good.mean():.4g} % pass"
     machines = f"{len(judged.good)} machines within ±{100 * judged.spread:g} %: {share}"
@@ -176,7 +176,7 @@ def _in_motions(judged: Usable, title: str) -> Figure:
 
 
 def _machines(axes: Axes, values: Floats, nominal: float, size: float) -> None:
-    """The share of machines up to each of their values, and that of the nominal one."""
+    """Draw the share of machines up to each of the ``values``, and the ``nominal`` value."""
     if len(values):
         axes.ecdf(drawable(values), color=OWN, lw=1.6, label="machines")
     if np.isfinite(nominal):

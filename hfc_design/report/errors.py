@@ -52,7 +52,7 @@ def motion_errors(evaluations: Evaluations) -> Figure:
 def errors(evaluations: Evaluations) -> Figure:
     """Largest error in each hundredth of the time, logarithmic, with the first design emphasised.
 
-    The contour error of an X-Y machine, otherwise the tracking error, with a panel for each axis;
+    Drawn are the contour error of an X-Y machine, the tracking error of each axis of others, and
     both for a program of any axes. More than ``HIGHEST`` panels are small, two in a row.
 
     On a linear scale, errors that differ by orders of magnitude and change their sign cannot be
@@ -76,7 +76,7 @@ def errors(evaluations: Evaluations) -> Figure:
 
 
 def _small(each: list[tuple[str, Evaluations, int]]) -> Figure:
-    """A panel for each motion with the designs in it, and the number of an error in ``_errors``."""
+    """Draw a small panel for each (motion, evaluations in it, index of an error in ``_errors``)."""
     rows, names = -(-len(each) // 2), max(len(errors) for _, errors, _ in each)
     top = 0.45 + 0.2 * -(-names // 2)  # the legend
     figure = framed(1.7 * rows + 0.4 + top, top=top, left=0.6)
@@ -98,7 +98,7 @@ def _small(each: list[tuple[str, Evaluations, int]]) -> Figure:
 
 
 def _errors(evaluation: Evaluation) -> list[PathError]:
-    """Errors by which a motion is judged; the name of the measured thing may be empty."""
+    """Return the errors that are drawn of a motion; a name may be empty."""
     path = evaluation.contour
     if path is not None and not path.any_axes:
         return [("", 1.0, path.unit, path.error)]
@@ -111,7 +111,7 @@ def _errors(evaluation: Evaluation) -> list[PathError]:
 
 
 def _draw_errors(axes: Axes, evaluations: Evaluations, k: int) -> tuple[str, str]:
-    """Draw a curve for each design of error ``k`` of ``_errors``; return its name and unit."""
+    """Draw error ``k`` of ``_errors``, a curve per design; return the error's name and unit."""
     what, factor, unit, _ = _errors(next(iter(evaluations.values())))[k]
     labels = distinct(evaluations, LABEL - len(DIVERGED))
     styles = chain([{"color": OWN, "lw": 2.5, "zorder": 3}], cycle(RIVALS))

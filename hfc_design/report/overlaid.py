@@ -17,10 +17,10 @@ AROUND = 0.05
 
 
 def motions(evaluations: Evaluations, title: str) -> Figure:
-    """Position, error and command of every axis, preceded by the contour errors.
+    """Draw position, error and command of every axis, preceded by the contour errors.
 
-    For a single axis without a path, panels one below the other, including the deflection of a
-    spring. A motion ends where it diverges, and may leave its panels.
+    For a single axis without a path, panels are one below the other, including the deflection of a
+    spring. The curve of a diverged motion ends early, and may leave the panel.
 
     Args:
         evaluations: evaluations of the same scenario by the names of the designs.
@@ -40,7 +40,7 @@ def motions(evaluations: Evaluations, title: str) -> Figure:
         _draw(axes, evaluations, panel)
     places[-1].set_xlabel("time [s]")
     figure.suptitle(title, fontsize=11, y=1.0 - (top - TITLE + 0.08) / figure.get_figheight())
-    above(figure, places[len(wide)])  # a position has the reference as well
+    above(figure, places[len(wide)])  # with the reference too
     return figure
 
 
@@ -50,7 +50,7 @@ def _draw(axes: Axes, evaluations: Evaluations, panel: Panel) -> None:
     styles = (stroke(k) | {"label": label} for k, label in enumerate(labels))
     panels.draw(axes, next(iter(evaluations.values())).time, panel, styles)
     steady = [panel.curves[name] for name, one in each if not one.diverged]
-    if steady and len(steady) < len(panel.curves):  # else what runs away would be all that is seen
+    if steady and len(steady) < len(panel.curves):  # else only diverged curves could be seen
         seen = np.concatenate([*steady, *([] if panel.reference is None else [panel.reference])])
         room = AROUND * (np.ptp(seen) or 1.0)
         axes.set_ylim(seen.min() - room, seen.max() + room)

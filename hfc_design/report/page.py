@@ -35,7 +35,7 @@ TABLES = "tables"
 OWN = "this design"
 #: Content that the page of a single design lacks.
 OF_RUNS = "run", "tables", "attained", "front", "search", "history", "structures"
-#: Largest number of letters about the making of a design; the rest is in its file.
+#: Largest number of letters of a text on the origin of a design; the rest is in the design file.
 LONGEST = 400
 
 
@@ -59,7 +59,7 @@ def write_page(
     design, evaluation, search, front = result
     tables = all(part.kind.rule_base for part in design.by_axis().values())
     if tables:
-        if (folder / TABLES).is_symlink():  # of others' files none is overwritten
+        if (folder / TABLES).is_symlink():  # no file elsewhere is overwritten
             raise RunError(f"{folder / TABLES}: must not be a link; remove it")
         FORMATS["csv"].write(design, folder / TABLES)
     options = uses(design.provenance.get("plugins"))
@@ -90,7 +90,7 @@ def write_page(
 def design_page(
     design: Design, scenario: Scenario, again: str, rivals: Evaluations | None = None
 ) -> Page:
-    """The page of a single design on a scenario: that of a run without its search.
+    """Return the page of a design on a scenario: the page of a run without the search.
 
     Args:
         design: subject of the page.
@@ -118,7 +118,7 @@ def design_page(
 
 
 def _published(scenario: Scenario) -> Evaluations:
-    """Evaluations of the published designs for the scenario's plant that fit the scenario."""
+    """Return evaluations of the published designs for the scenario's plant that fit."""
     rivals = {}
     for name in parts.baselines(scenario):
         with suppress(UserError):  # it does not fit the plant or the sampling
@@ -135,7 +135,7 @@ def _rendered(
     of: str,
     **others: Any,
 ) -> Page:
-    """The page of a design on a scenario, of a run or by itself; ``of`` is its title."""
+    """Return the page of a design on a scenario; ``of`` names the run, or the single design."""
     missing: dict[str, Any] = dict.fromkeys(OF_RUNS)
     evaluations = {OWN: evaluation, **rivals}
     scores, others_shown = parts.score_tables(scenario, evaluations)
@@ -177,7 +177,7 @@ def _rendered(
 
 
 def _made(design: Design) -> dict[str, str]:
-    """The making of a design, one line each; its scenario is in the configuration."""
+    """Return the origin of a design without the scenario: key -> a text of one line."""
     origin = dotted({key: x for key, x in design.provenance.items() if key != "scenario"})
     texts = {
         key: x if isinstance(x, str) else json.dumps(x, ensure_ascii=False)

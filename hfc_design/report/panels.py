@@ -15,7 +15,7 @@ from hfc_design.plotting.numbers import readable
 from hfc_design.simulation.evaluating import AxisMotion, Evaluation
 
 Evaluations = Mapping[str, Evaluation]  # by the names of the designs, all of the same motion
-#: Name, factor and unit for drawing, (steps,) values.
+#: Name of an error, factor and unit for drawing, and values (steps,).
 PathError = tuple[str, float, str, Floats]
 #: A diverged motion is drawn until its error is this many times the largest reference.
 RUNAWAY = 10.0
@@ -25,14 +25,14 @@ class Panel(NamedTuple):
     """Curves of one quantity over a motion."""
 
     label: str  # with the unit
-    curves: dict[str, Floats]  # by design; shorter or nan where one has run away
+    curves: dict[str, Floats]  # name of a design -> values; after divergence left out or nan
     reference: Floats | None = None  # (steps,) of a position
 
 
 def axis_panels(evaluations: Evaluations, k: int, spring: bool = True) -> list[Panel]:
-    """Position with its reference, error and command of axis ``k``, until a motion diverges.
+    """Return position (with reference), error and command of axis ``k``, up to divergence.
 
-    With the deflection of a ``spring``, if the drive has one.
+    With ``spring``, also the deflection of the spring, if the drive has one.
     """
     first = next(iter(evaluations.values()))
     axis, units = first.axes[k], first.axes[k].drive.units
@@ -59,7 +59,7 @@ def axis_panels(evaluations: Evaluations, k: int, spring: bool = True) -> list[P
 
 
 def path_panels(evaluations: Evaluations) -> list[Panel]:
-    """Contour errors of each design, as in ``path_errors``; none without a path."""
+    """Return a panel for each of the ``path_errors``, with all designs; none without a path."""
     each = [path_errors(one, evaluations.values()) for one in evaluations.values()]
     ends = [drawn_samples(one) for one in evaluations.values()]
     panels = []
@@ -71,10 +71,10 @@ def path_panels(evaluations: Evaluations) -> list[Panel]:
 
 
 def path_errors(evaluation: Evaluation, scaled: Iterable[Evaluation] = ()) -> list[PathError]:
-    """The contour error, and for a machine that turns the tool the error of its direction.
+    """Return the contour error and, if the machine turns the tool, the error of its direction.
 
-    In X-Y in the unit of the path, otherwise in a unit that suits the errors of all evaluations
-    ``scaled`` alike, or of the ``evaluation`` alone if there are none. None without a path.
+    Contour errors of an X-Y machine are in the unit of the path, others in a unit that suits all
+    evaluations ``scaled`` (default: only the ``evaluation``). The list is empty without a path.
     """
     path = evaluation.contour
     if path is None:
@@ -86,9 +86,9 @@ def path_errors(evaluation: Evaluation, scaled: Iterable[Evaluation] = ()) -> li
 
 
 def error_scale(evaluations: Iterable[Evaluation], unit: str) -> tuple[float, str]:
-    """Factor and unit in which all errors in a ``unit`` are legible, of axes and contours.
+    """Return factor and unit in which all errors of axes and contours in a ``unit`` are legible.
 
-    The same for all, so that none is in mm beside others in µm.
+    They are the same for all, so that there is no error in mm beside others in µm.
     """
     largest = 0.0
     for one in evaluations:
@@ -101,7 +101,7 @@ def error_scale(evaluations: Iterable[Evaluation], unit: str) -> tuple[float, st
 
 
 def drawn_samples(evaluation: Evaluation) -> int:
-    """Number of samples before a diverged motion runs away, at least one; otherwise all."""
+    """Return the number of samples to draw: all, or those before a diverged motion runs away."""
     if not evaluation.diverged:
         return len(evaluation.time)
     if evaluation.contour is not None:
@@ -112,17 +112,17 @@ def drawn_samples(evaluation: Evaluation) -> int:
 
 
 def _within(axis: AxisMotion) -> Mask:
-    """(steps,) True until an axis runs away."""
+    """Return (steps,): True where the numbers of an axis are finite and below a limit."""
     limit = RUNAWAY * np.abs(axis.reference).max() or RUNAWAY
     error: Floats = axis.motion.error
     within = np.isfinite(axis.motion.command)
     for values in (error, axis.readings.get("deflection", error)):
-        within &= np.abs(values) < limit  # nan is not
+        within &= np.abs(values) < limit  # False for nan
     return within
 
 
 def stacked(panels: Sequence[Panel], top: float, room: float = 0.5) -> tuple[Figure, list[Axes]]:
-    """Empty panels one below the other; ``top`` and ``room`` [in] are around them."""
+    """Return a figure and its empty axes one below the other, with margins [in] around them."""
     figure = framed(1.3 * len(panels) + top + room, top=top)
     shape: Any = {"sharex": True, "squeeze": False, "gridspec_kw": {"hspace": 0.12}}
     return figure, [*figure.subplots(len(panels), 1, **shape)[:, 0]]
@@ -131,7 +131,7 @@ def stacked(panels: Sequence[Panel], top: float, room: float = 0.5) -> tuple[Fig
 def small(
     wide: Sequence[Panel], rows: Sequence[Sequence[Panel]], height: float, top: float
 ) -> tuple[Figure, list[Axes]]:
-    """A row for each of the ``wide`` panels, then rows of small ones; all empty."""
+    """Return a figure and empty axes: a row per ``wide`` panel, then ``rows`` of small panels."""
     count = len(wide) + len(rows)
     figure = framed(1.4 * count + height, top=top)
     grid = figure.add_gridspec(count, 3, hspace=0.6, wspace=0.4)

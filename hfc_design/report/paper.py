@@ -24,7 +24,7 @@ WIDTH = re.compile(rf"(\d+(?:\.\d*)?|\.\d+) ?({'|'.join(MILLIMETRES)})")
 
 
 def millimetres(width: str) -> float:
-    """Width of a column, as in 88mm, 3.5in, 252pt; ValueError: the text is not a width."""
+    """Return, in mm, a width such as 88mm, 3.5in or 252pt; ValueError: it is no allowed width."""
     match = WIDTH.fullmatch(width)
     size = float(match[1]) * MILLIMETRES[match[2]] if match else 0.0
     if not LEAST <= size <= MOST:
@@ -43,7 +43,7 @@ class Paper(NamedTuple):
     tables: Path | None  # folder; None: no tables
 
     def write(self, page: Page) -> list[Path]:
-        """Write the selected parts and return their paths; this resizes the ``page``'s figures.
+        """Write the selected parts and return their folders; this resizes figures of the ``page``.
 
         Raises:
             UserError: a figure contains an image, which a pgf cannot have.
@@ -60,7 +60,7 @@ class Paper(NamedTuple):
         return [path for path in (self.figures, self.tables) if path is not None]
 
     def _file(self, name: str, figure: Figure) -> tuple[str, bytes]:
-        """Name and content of the file of a figure."""
+        """Return the name and the content of the file of a figure."""
         in_column(figure, self.width / INCH)
         try:
             return f"{name}.{self.kind}", image(figure, self.kind)

@@ -36,7 +36,7 @@ SIGNAL = re.compile(r"(?<=\[)\w+(?=\])")
 
 
 def score_tables(scenario: Scenario, evaluations: Evaluations) -> list[Table]:
-    """Table of ``first_metrics`` and one of all others, a column for each design."""
+    """Return a table of ``first_metrics`` and one of all others, a column for each design."""
     results, texts = [*evaluations.values()], meanings(scenario)
     rows = score_rows(scenario.judge(), results)
     for key in rows.keys() & texts:
@@ -52,7 +52,7 @@ def score_tables(scenario: Scenario, evaluations: Evaluations) -> list[Table]:
 
 
 def whether_used(numbers: Callable[[], Json]) -> Json | None:
-    """Usability of a design; None if unknown. RunError: its file is damaged."""
+    """Return the usability of a design; None if unknown. RunError: the stored one is damaged."""
     try:
         return numbers()
     except RunError:
@@ -101,9 +101,9 @@ def best_structures(archive: Archive, scenario: Scenario) -> Table | None:
 
 
 def sections(design: Design, evaluation: Evaluation, scenario: Scenario) -> list[Section]:
-    """Sections on a controller of this kind; UserError: a user's own kind fails."""
+    """Return sections on the controller and its loop; UserError: a user's own kind fails."""
     plant = scenario.plant
-    # With sensors of the scenario's own nobody knows what the control has measured.
+    # If the scenario has sensors of its own, the signals that the control measures are unknown.
     known = scenario.sensors == SensorSettings() and not evaluation.diverged
     signals = {axis.name: axis.sensed() for axis in evaluation.axes} if known else None
     largest = tuple(design.limits.of(axis).command for axis in plant.machine.axes)
@@ -115,7 +115,7 @@ def sections(design: Design, evaluation: Evaluation, scenario: Scenario) -> list
 
 
 def _loop(design: Design, scenario: Scenario) -> Section:
-    """Margins of the loop as simulated, and its response."""
+    """Return a section with the margins and the response of the loop as simulated."""
     title = "The loop"
     try:
         margins = loop_margins(design, scenario)
@@ -136,8 +136,8 @@ class Baseline(NamedTuple):
     """Names of a published design."""
 
     short: str  # in the table
-    name: str = ""  # in the summary; "": it is not compared with there
-    nominal: bool = False  # it was tuned for one machine, and says nothing of another
+    name: str = ""  # in the summary; "": it is not mentioned there
+    nominal: bool = False  # True: tuned for one machine, and not shown on others
 
 
 #: Plant -> built-in designs shown beside every result.
@@ -180,9 +180,9 @@ def _at_home(name: str, scenario: Scenario) -> bool:
 def summary(
     scenario: Scenario, evaluation: Evaluation, rivals: Evaluations, yes: bool = True
 ) -> str:
-    """Result of the run in a sentence.
+    """Return the result of the run in words.
 
-    Published designs are mentioned only if the design is usable, ``yes``, and on their own machine.
+    Published designs are mentioned only if ``yes`` (the design is usable), on their own machine.
     """
     if evaluation.diverged:
         return f"The controller diverges on {scenario.name}{_why(evaluation)}."
@@ -209,7 +209,7 @@ def _compared(evaluation: Evaluation, rival: Evaluation, name: str) -> str:
 
 
 def _fitness(evaluation: Evaluation) -> str:
-    """Text of the fitness; a range if it is chaotic."""
+    """Return the text of the fitness; a range if the loop is chaotic."""
     many = evaluation.ranges.get("fitness")
     return score(evaluation.fitness) if many is None else range_text(many)
 
@@ -219,9 +219,9 @@ def _why(lost: Evaluation) -> str:
 
 
 def _rms(evaluation: Evaluation) -> float:
-    """Root mean square of the contour error of a motion that did not diverge."""
+    """Return the rms contour error of a motion that did not diverge."""
     value = next(iter(evaluation.metrics.values()))
-    return np.inf if value is None else value  # too large for its square
+    return np.inf if value is None else value  # None: the squares overflow
 
 
 def measure(scenario: Scenario) -> str:

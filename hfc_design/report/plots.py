@@ -30,7 +30,7 @@ from hfc_design.simulation.evaluating import Evaluation
 
 
 def motion(evaluation: Evaluation, title: str) -> Figure:
-    """Motion of a design: ``contour`` in X-Y, ``program`` in any axes, otherwise ``response``."""
+    """Draw a motion: ``contour`` in X-Y, ``program`` in any axes, otherwise ``response``."""
     path = evaluation.contour
     if path is None:
         return response(evaluation, title)
@@ -42,11 +42,11 @@ def motion(evaluation: Evaluation, title: str) -> Figure:
 
 
 def response(evaluation: Evaluation, title: str) -> Figure:
-    """Position, tracking error, spring deflection, command and load against time.
+    """Draw position, tracking error, spring deflection, command and load against time.
 
-    The C-axis as in LL fig. 6 and 7, c to f; several axes one below the other. A drive without a
-    deflection, or a motion without a load, has no panel for it. A diverged motion ends where it
-    runs away.
+    The C-axis is drawn as in LL fig. 6 and 7, c to f; several axes are one below the other. A drive
+    without a spring has no panel for a deflection, a motion without a load none for a load. The
+    curves of a diverged motion end where it runs away.
     """
     shown = []
     for k, axis in enumerate(evaluation.axes):
@@ -73,7 +73,7 @@ def response(evaluation: Evaluation, title: str) -> Figure:
 
 
 def program(evaluation: Evaluation, title: str) -> Figure:
-    """Contour errors, followed by small panels of position, error and command of each axis."""
+    """Draw contour errors, then small panels of position, error and command of each axis."""
     wide = panels.path_panels({"": evaluation})
     rows = [axis_panels({"": evaluation}, k, spring=False) for k in range(len(evaluation.axes))]
     figure, places = panels.small(wide, rows, height=1.1, top=0.75)
@@ -82,20 +82,20 @@ def program(evaluation: Evaluation, title: str) -> Figure:
         panels.draw(axes, evaluation.time, panel, [style], ls="--")
         panels.titled(axes, panel.label)
     figure.suptitle(title, fontsize=11, y=1.0 - 0.28 / figure.get_figheight())
-    above(figure, places[len(wide)])  # a position has both curves
+    above(figure, places[len(wide)])  # has both curves
     return figure
 
 
 #: Share of the path's size that a division of the contour error takes.
 SHARE = 0.08
-#: The smallest division, in units of the positions; rounding is not worth a picture.
+#: The smallest division, in units of the positions, so that rounding errors are not enlarged.
 SMALLEST = 0.1
 #: Least number of points of an outline of the path.
 POINTS = 2000
 
 
 def contour(measured: Contour, time: Floats, title: str) -> Figure:
-    """The path with the contour error enlarged across it, and the error against time.
+    """Draw the path with the contour error enlarged across it, and the error against time.
 
     As on the chart of a ballbar test: grey lines run one division on both sides of the path.
     Dots mark the motion after reversals of an axis. A diverged motion ends at its first NaN.
@@ -112,7 +112,7 @@ def contour(measured: Contour, time: Floats, title: str) -> Figure:
     base, error = nearest(trajectory, samples, actual)
     figure = framed(8.0, top=0.85)
     upper, lower = figure.subplots(2, 1, gridspec_kw={"height_ratios": (2.4, 1), "hspace": 0.3})
-    furthest = np.nan_to_num(np.hypot(*(actual - base))).max()  # no centre of a circle is known
+    furthest = np.nan_to_num(np.hypot(*(actual - base))).max()  # nan: at the centre of a circle
     division = round_above(max(furthest / 2, SMALLEST * measured.millimetres))
     off = f"{division / measured.millimetres:g} {measured.unit} off"
     enlarged = draw_path(upper, trajectory, division, off)
@@ -150,7 +150,7 @@ def draw_path(axes: Axes, trajectory: Trajectory, division: float, label: str = 
 
 
 def _parallel(samples: PathSamples, left: float) -> Floats:
-    """(2, steps) the positions moved to the left of the motion [mm], interrupted at corners."""
+    """Return the positions shifted to the left of the motion [mm], (2, steps); nan at corners."""
     tangent = samples.tangent
     moved = samples.position + left * np.stack([-tangent[1], tangent[0]])
     ahead = (tangent[:, :-1] * tangent[:, 1:]).sum(axis=0)

@@ -1,4 +1,4 @@
-"""Convergence of searches: one with its median, or the bands of several."""
+"""Convergence of searches: best and median of a single one, or bands of groups of searches."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -30,7 +30,7 @@ POINTS = 150
 
 
 def history(history: History, title: str) -> Figure:
-    """Best and median merit, by its ``title``, and number of diverged individuals."""
+    """Draw best and median merit (``title`` defines it) and the number of diverged individuals."""
     figure = framed(4.15, top=0.4)
     ratios = {"height_ratios": (3, 1), "hspace": 0.12}
     scores, diverged = figure.subplots(2, 1, sharex=True, gridspec_kw=ratios)
@@ -59,13 +59,13 @@ def convergence(
     order: Sequence[int],
     measure: str = "merit",
 ) -> Figure:
-    """Best merit so far against generation: the median of each group over a band of quartiles.
+    """Draw the best merit so far against generation: median and quartile band of each group.
 
     Args:
         labels: label of each group.
         searches: merits of the runs of each group, at least one run; (generations,) each, nan while
             all individuals failed.
-        order: number of each group that selects its colour and line style.
+        order: number of each group, which selects colour and line style.
         measure: name of the number that ranked the individuals.
     """
     top = 0.15 + LINE * len(labels)
@@ -78,7 +78,7 @@ def convergence(
     finish(axes, f"best {measure} so far", "generation")
     logarithmic(axes)
     medians = np.concatenate([median for _, _, median, _ in bands])
-    # A band may reach down to everything, or to what has a logarithm.
+    # On a logarithmic axis, bands end at the smallest positive median.
     floor = medians[medians > 0].min() if axes.get_yscale() == "log" else -np.inf
     for (generation, low, _, high), k in zip(bands, order, strict=True):
         axes.fill_between(
@@ -92,7 +92,7 @@ def convergence(
 
 
 def _band(runs: Sequence[Floats]) -> tuple[NDArray[np.intp], Floats, Floats, Floats]:
-    """Generations, and lower quartile, median and upper quartile of the runs that reached them."""
+    """Return generations, and lower quartile, median, upper quartile of runs that reached them."""
     longest = max(len(run) for run in runs)
     drawn = np.unique(np.round(np.linspace(0, longest - 1, POINTS)).astype(int))
     scores = np.full((len(runs), len(drawn)), np.nan)

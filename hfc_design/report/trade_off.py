@@ -21,7 +21,7 @@ EMPTY = (
 
 
 def section(front: Front) -> Section:
-    """Section with the points of the front."""
+    """Return a section with the points of the front."""
     title = "Pareto front"
     if not len(front.merit):
         return Section(title, EMPTY, None, [])
@@ -34,7 +34,7 @@ def section(front: Front) -> Section:
 
 
 def front_table(front: Front, most: int = SHOWN) -> Table:
-    """Table of at most so many points: the ends, the marked ones, others between them."""
+    """Return a table of up to ``most`` points: the ends, the marked ones, others between them."""
     units = [_unit(front, k) for k in range(len(front.objectives))]
     pairs = zip(front.objectives, units, strict=True)
     head = ["point", *(_label(one.name, unit) for one, (_, unit) in pairs), "merit", ""]
@@ -59,7 +59,7 @@ def _label(name: str, unit: str) -> str:
 
 
 def _drawing(front: Front) -> Drawing:
-    """Every pair of objectives in a panel of its own."""
+    """Draw the front, with a panel for every pair of objectives."""
     pairs = [*combinations(range(len(front.objectives)), 2)]
     figure = framed(3.3 * len(pairs) + 0.35, top=0.35)
     panels = figure.subplots(len(pairs), 1, squeeze=False, gridspec_kw={"hspace": 0.3})[:, 0]

@@ -20,9 +20,9 @@ ATTAINABLE = "attainable.json"
 
 
 def attained(scenario: Scenario, design: AnyDesign | None = None) -> Json:
-    """Bound and best known sum of every motion, and those of a ``design``, as plain data.
+    """Return bound and best known sum of |e| of every motion, and the sum of a ``design``, as JSON.
 
-    The machine of a design is its own, with the settings of the scenario applied to it.
+    With a design, the machine is that of the design, changed by the settings of the scenario.
 
     Raises:
         UserError: the scenario has no bound, or the design does not fit.
@@ -39,7 +39,7 @@ def attained(scenario: Scenario, design: AnyDesign | None = None) -> Json:
 def _numbers(
     scenario: Scenario, bounds: dict[str, Attainable], evaluation: Evaluation | None
 ) -> Json:
-    """The results as plain data, with the limits that neither bound nor best voltage considers."""
+    """Return the results as JSON, with the limits that bound and best voltage do not consider."""
     motions = {name: x.numbers() for name, x in bounds.items()}
     if evaluation is not None:
         evaluations = [*evaluation.motions.values()] or [evaluation]
@@ -53,7 +53,7 @@ def _numbers(
 
 
 def keep_attained(scenario: Scenario, design: AnyDesign, folder: Path) -> Json:
-    """Write ``attained`` of a run's design to the run folder, for its page, and return it.
+    """Write the result of ``attained`` for a run's design to the run folder, and return it.
 
     Raises:
         UserError: the scenario has no bound.
@@ -65,7 +65,7 @@ def keep_attained(scenario: Scenario, design: AnyDesign, folder: Path) -> Json:
 
 
 def kept_attained(folder: Path) -> Json | None:
-    """Stored result of ``attained`` for a run; None if there is none. RunError: it is damaged."""
+    """Return the stored result of ``attained``; None if there is none. RunError: it is damaged."""
     return read_numbers(folder / ATTAINABLE, AttainableFile)
 
 
@@ -74,7 +74,7 @@ HEAD = ("motion", "bound", "best voltage", "this design", "times bound", "times 
 
 
 def attained_table(numbers: Json) -> Table:
-    """Table of the motions: sums of |e| [rad]."""
+    """Return a table with the sums of |e| [rad] of each motion."""
     motions, rows = numbers["motions"], []
     for name, sums in motions.items():
         best, error = (sums["bound"], sums["reached"]), sums.get("sum_error")
@@ -91,7 +91,7 @@ def attained_table(numbers: Json) -> Table:
 
 
 def attained_told(numbers: Json) -> str:
-    """Line of text for a design with one motion; "" for others."""
+    """Return a line for a design in a single motion; "" for several motions, or without a sum."""
     ((_, bound, reached, *of_design), *others) = attained_table(numbers).rows
     if others or MISSING in of_design[:1] or not of_design:
         return ""
@@ -103,5 +103,5 @@ def attained_told(numbers: Json) -> str:
 
 
 def left_out(numbers: Json) -> str:
-    """Effects that the numbers leave out, to be appended to them; "" if there are none."""
+    """Return a note on the effects that the numbers leave out; "" if there are none."""
     return f" (left out: {numbers['left_out']})" if "left_out" in numbers else ""

@@ -1,8 +1,8 @@
 """Choice of the individual of a search that becomes its design, and of whether to search again.
 
-A search is repeated in laps, each on other machines, until a design is usable. Each lap starts
-elsewhere: starting from the design of the previous lap did not repair it more often. Each lap has
-a checkpoint: a stopped and resumed run ends with the same result as an uninterrupted one.
+A search is repeated in *laps*, each on other machines, until a design is usable. Each lap starts
+anew: to start from the design of the previous lap did not make it usable more often. Each lap has a
+checkpoint, so that a stopped and resumed run ends with the same result as an uninterrupted one.
 """
 
 from collections.abc import Iterator
@@ -24,7 +24,7 @@ from hfc_design.simulation.usable import usable
 
 #: Number of the archive's best that are simulated again in float64 before one is chosen.
 FINALISTS = 16
-#: Number of these that may take the trial, on several machines.
+#: Largest number of these that take the *trial*, a test of usability, if there are many machines.
 TRIED = 3
 #: Advice if a search found no design whose simulation stays finite.
 HINTS = (
@@ -38,7 +38,7 @@ LEAST_VIOLATED = "least_violated"
 LAP = "lap"
 #: Offset of the seed of each lap from that of the previous one.
 BEYOND = 2**34
-#: Offset of the seed of the trial's machines from that of the run.
+#: Offset of the seed of the trial's machines from the seed of the run.
 TRIAL = 2**40
 
 
@@ -50,7 +50,7 @@ class Lap(NamedTuple):
     finalist: tuple[Population, Design, Evaluation]
     front: Front | None
     trial: Usable | None = None  # on machines of the trial, the same for all laps
-    answer: Usable | None = None  # on others that are met once a lap; None: the trial is no yes
+    answer: Usable | None = None  # on the unseen machines; None: the trial did not end with yes
 
     @property
     def use(self) -> Usable | None:
@@ -59,33 +59,33 @@ class Lap(NamedTuple):
 
     @property
     def rank(self) -> tuple[int, float, float]:
-        """Sort key: the last test's answer, then the share of the machines, then the merit."""
+        """Sort key: the answer of the last test, the share of machines that pass, the merit."""
         assert self.use is not None
         verdict = (NO, ON_THIS_MODEL, YES).index(self.use.verdict)
         return verdict, float(self.use.good.mean()), self.finalist[2].worth
 
 
 def laps(scenario: Scenario) -> int:
-    """Largest number of laps: one if the search has no such test, or looks for a front."""
+    """Return the largest number of laps: 1 if the scenario is not robust, or asks for a front."""
     return scenario.run.extend if scenario.robust and not scenario.traded else 1
 
 
 def lap_of(scenario: Scenario, number: int) -> Scenario:
-    """The scenario with the settings of a lap."""
+    """Return the scenario with the seed of a lap."""
     run = scenario.run.model_copy(update={"seed": scenario.run.seed + number * BEYOND})
     return scenario.model_copy(update={"run": run})
 
 
 def lap_file(name: str, number: int) -> str:
-    """Name of a file of a lap, from its name in the first lap."""
+    """Return the name of a file in a lap, given its name in the first lap."""
     stem, dot, rest = name.partition(".")
     return f"{stem}-{number + 1}{dot}{rest}" if number else name
 
 
 def tried_lap(scenario: Scenario, number: int, search: Search, front: Front | None) -> Lap:
-    """A lap with the first of its best designs that passes the trial, or the closest to it.
+    """Return a lap with the first of its best designs that passes the trial, or else the best one.
 
-    A design that passes is then tested for usability.
+    A design that passes is then tested on the unseen machines.
 
     Raises:
         RunError: all designs diverged.
@@ -107,10 +107,10 @@ def tried_lap(scenario: Scenario, number: int, search: Search, front: Front | No
 def best_of(
     search: Search, scenario: Scenario, one: Population | None = None
 ) -> Iterator[tuple[Population, Design, Evaluation]]:
-    """The best of the archive and of the last generation in float64, or the given ``one``.
+    """Yield the best finalist (or the given ``one``), its design and its evaluation in float64.
 
-    On several machines the next best follow, up to ``TRIED`` in all. float32 and a single attempt
-    overrate loops that are nearly chaotic: on one machine individuals are ranked by ``worth``.
+    With several machines the next best follow, up to ``TRIED`` in all. With one machine the best is
+    that with the largest ``worth``: float32 and a single simulation overrate nearly chaotic loops.
 
     Raises:
         RunError: all individuals diverged.
@@ -136,15 +136,15 @@ def best_of(
 
 
 def _in_turn(finalists: Population, scenario: Scenario) -> list[tuple[list[Population], bool]]:
-    """Finalists by rank within the tolerances, and whether most machines keep everything."""
+    """Return finalists, the best first, each with True if most machines meet all constraints."""
     rank = final_problem(scenario).rank_of_finalists(finalists)
-    sound = rank > -0.5 * BEHIND  # of others the one that breaks least is enough
+    sound = rank > -0.5 * BEHIND  # if none is sound, the best one is returned
     first = np.argsort(-rank, kind="stable")[: np.clip(sound.sum(), 1, TRIED)]
     return [([taken(finalists, np.array([k]))], bool(sound[k])) for k in first]
 
 
 def _why(search: Search, scenario: Scenario) -> str:
-    """Reason why an individual of a completely diverged population diverges; "" if unknown."""
+    """Return why an individual of a completely diverged population diverges; "" if unknown."""
     population = getattr(search.state, "population", None)
     if population is None:
         return ""
@@ -157,7 +157,7 @@ def _why(search: Search, scenario: Scenario) -> str:
 
 
 def _finalists(search: Search) -> list[Population]:
-    """The best of the archive and of the last generation, without those that failed."""
+    """Return the best of the archive and of the last generation that did not fail, and a trail."""
     finalists = []
     sources: list[Any] = [search.archive]
     if {"population", "score"} <= set(getattr(search.state, "_fields", ())):
@@ -167,6 +167,6 @@ def _finalists(search: Search) -> list[Population]:
         ranked = order[np.isfinite(source.score[order])]
         finalists += [taken(source.population, np.array([k])) for k in ranked]
     trail = getattr(search.state, "trail", None)
-    if trail is not None:  # whatever they were worth on a few machines
+    if trail is not None:  # all of them: on few machines, scores say little
         finalists += [taken(trail, np.array([k])) for k in range(len(trail.tree))]
     return finalists

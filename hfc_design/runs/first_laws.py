@@ -12,28 +12,28 @@ from hfc_design.search.distribution import Distribution, begun, drawn, learnt
 from hfc_design.search.multistart_cma import ISLANDS, SAMPLES, multistart, room
 
 #: Share of a search's evaluations for the search of laws, and again for their transfer to trees;
-#: and the largest number for each, because more have brought nothing.
+#: and the largest number for each, because more brought no improvement.
 SHARE, MOST_SEARCHED, MOST_LAID = 0.25, 11_000, 6_700
-#: Share of the first laws in those evaluations; and evaluations of the shortest search with laws.
+#: Share of the random first laws in the search of laws; evaluations of the shortest search with it.
 FIRST, FEWEST = 0.05, 15_000
-#: Shares of the evaluations of the transfer: for laws, ways and trees drawn at random; for the best
-#: of these on every tree; the rest improves the best ones on their trees. Laws are drawn from those
-#: with at least ``GOOD`` of the best score: the most aggressive laws do not tolerate the
-#: bends of tables.
+#: Shares of the evaluations of the transfer: for random laws and trees, each with a random *way* to
+#: lay the law along the tree; for the best of these on every tree; the rest improves the best ones.
+#: Laws are drawn from those with at least ``GOOD`` of the best score: the most aggressive laws do
+#: not tolerate the bends of tables.
 DRAWN, EVERYWHERE, GOOD = 0.08, 0.08, 0.25
 #: First standard deviation of an improvement, and the rounds planned for each improved tree.
 NEAR, ROUNDS = 0.1, 30
 
 
 def worthwhile(evaluations: int) -> bool:
-    """True if a search with so many evaluations is long enough for a search of laws."""
+    """Return True if a search with so many evaluations is long enough for a search of laws."""
     return evaluations >= FEWEST
 
 
 def first_laws(
     problem: Any, of_laws: Any, evaluations: int, tree: Integers, rng: np.random.Generator
 ) -> Population | None:
-    """(n,) individuals on the given trees, the best ones of each tree; None: no law is finite.
+    """Return the best individuals (n,) found for the given trees; None: every law failed.
 
     Args:
         problem: ``runs.problem.Problem`` of the hierarchies.
@@ -75,7 +75,7 @@ def first_laws(
 
 
 class Climbing(NamedTuple):
-    """A distribution of laws and ways on a tree."""
+    """A distribution of laws on a tree, with the ways to lay them along the tree."""
 
     distribution: Distribution
     tree: int
@@ -90,7 +90,7 @@ def _climbed(
     evaluations: int,
     rng: np.random.Generator,
 ) -> tuple[Floats, Integers, Floats]:
-    """The given points, and the improved ones of the best trees."""
+    """Return points, trees and scores: the given ones, then those of searches on the best trees."""
     order = np.argsort(-score, kind="stable")
     alive = order[np.isfinite(score[order])]
     best = alive[np.sort(np.unique(trees[alive], return_index=True)[1])][:ISLANDS]

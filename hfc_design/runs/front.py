@@ -1,4 +1,4 @@
-"""The front of a run: costs of its points in float64, its file, and the design of any point."""
+"""The front of a run: costs of its points, its file, and the selection of a point."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -24,34 +24,34 @@ FRONT = "front.csv"
 
 
 class Front(NamedTuple):
-    """Nondominated points in the order of their first cost; all keep every constraint."""
+    """Points that no other point dominates, sorted by first cost; all meet every constraint."""
 
     objectives: tuple[Traded, ...]
     costs: Floats  # (points, objectives)
-    merit: Floats  # (points,) what the scenario ranks designs by
-    places: Integers  # (points,) where they stand in the front of the search
+    merit: Floats  # (points,) merit by which the scenario ranks designs
+    places: Integers  # (points,) indices of the individuals in the front of the search
 
     @property
     def best(self) -> int:
-        """The point of ``design.json``: the one with the largest merit."""
+        """Index of the point of ``design.json``: the one with the largest merit."""
         return int(np.argmax(self.merit))
 
     @property
     def knee(self) -> int:
-        """The knee: the point beyond which a small gain in one cost is a large loss in another."""
+        """Index of the knee, beyond which a small gain in one cost is a large loss in another."""
         return knee(self.costs)
 
     def individual(self, search: Search, point: int) -> Population:
-        """A point, counted from 0, as a population of one."""
+        """Return a point, counted from 0, as a population of one."""
         return taken(search.state.front.population, self.places[point : point + 1])
 
 
 def front_of(search: Search, scenario: Scenario) -> Front | None:
-    """The front of a search, its points evaluated again in float64 on all machines.
+    """Return the front of a search, with its points evaluated again as in the final choice.
 
-    None if the strategy has no trade-off. float32 and few machines overrate points: a point that
-    violates constraints on more machines than a usable design may, or is dominated, leaves the
-    front, which may then be empty.
+    None if the strategy has no trade-off. Few machines overrate points: a point that violates
+    constraints on more machines than a usable design may, or that is now dominated, is removed; the
+    front may then be empty.
     """
     objectives = scenario.traded
     if not objectives:
@@ -60,7 +60,7 @@ def front_of(search: Search, scenario: Scenario) -> Front | None:
     count = len(population.tree)
     if not count:
         return Front(objectives, np.empty((0, len(objectives))), np.empty(0), np.arange(0))
-    if scenario.robust:  # as many machines are forgiven as *Can I use it?* forgives
+    if scenario.robust:  # at least as many machines may fail as *Can I use it?* allows
         most = max(scenario.robust.forgiven, 1.0 - ENOUGH)
         robust = scenario.robust.model_copy(update={"forgiven": most})
         scenario = scenario.model_copy(update={"robust": robust})
@@ -77,7 +77,7 @@ def _heads(objectives: tuple[Traded, ...]) -> list[str]:
 
 
 def marks(front: Front) -> list[str]:
-    """Marks of each point beside its costs."""
+    """Return the mark of each point: "knee", "design", both, or ""."""
     marked = [(front.knee, "knee"), (front.best, "design")] if len(front.merit) else []
     points = range(len(front.merit))
     return [" ".join(text for place, text in marked if place == k) for k in points]
@@ -93,7 +93,7 @@ def write_front(front: Front, folder: Path) -> None:
 
 
 def read_front(scenario: Scenario, search: Search | None, folder: Path) -> Front | None:
-    """The front of a finished run; None if it has none.
+    """Return the front of a finished run; None if the run has no front.
 
     Raises:
         RunError: the file of the front is missing or damaged.
@@ -119,7 +119,7 @@ def read_front(scenario: Scenario, search: Search | None, folder: Path) -> Front
 def chosen(
     front: Front, scenario: Scenario, point: int | None, wanted: Mapping[str, float | str] | None
 ) -> int:
-    """Index from 0 of a point: by its number from 1, by costs, or the knee.
+    """Return the index of a point: number ``point`` (from 1), nearest to ``wanted``, or the knee.
 
     Raises:
         UserError: there is no such point, or a cost is not one of the front's.
@@ -133,7 +133,7 @@ def chosen(
 
 
 def nearest(front: Front, wanted: Mapping[str, float | str], scenario: Scenario) -> int:
-    """The point closest to the ``wanted`` costs, in shares of the front's width.
+    """Return the index of the point closest to ``wanted`` costs, in shares of the front's width.
 
     Raises:
         UserError: a cost is not an objective of the front, or has another unit.
@@ -151,4 +151,4 @@ def nearest(front: Front, wanted: Mapping[str, float | str], scenario: Scenario)
         except ValueError as error:
             raise UserError(str(error)) from None
         away += np.square((scaled(front.costs)[:, k]) - (value - low[k]) / (width[k] or 1.0))
-    return int(np.argmin(np.round(away, 9)))  # of two that are as near the first
+    return int(np.argmin(np.round(away, 9)))  # of equally near points the first

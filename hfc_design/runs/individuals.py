@@ -16,7 +16,7 @@ from hfc_design.simulation.evaluating import Evaluation
 
 
 def genome_of(scenario: Scenario) -> Genome:
-    """Genome of the search of ``scenario``.
+    """Return the genome of the search of ``scenario``.
 
     Raises:
         UserError: the scenario names no controller, and the default does not fit its machine.
@@ -31,12 +31,12 @@ def genome_of(scenario: Scenario) -> Genome:
 
 
 def design_of(individual: Population, scenario: Scenario) -> Design:
-    """Design file of a population of one."""
+    """Return the design of a population of one."""
     return design_with(genome_of(scenario).record(individual), scenario)
 
 
 def design_with(controller: Json, scenario: Scenario) -> Design:
-    """Design for ``scenario`` with a controller as in a design file, without its sample time.
+    """Return a design for ``scenario`` with a ``controller`` as in a design file.
 
     Raises:
         UserError: the controller is not valid or cannot run.
@@ -59,7 +59,7 @@ def design_with(controller: Json, scenario: Scenario) -> Design:
 
 
 def with_score(design: Design, evaluation: Evaluation, scenario: Scenario) -> Design:
-    """The design with its fitness, merit and metrics on a scenario."""
+    """Return the design with the fitness, merit and metrics of its evaluation on a scenario."""
     score: Json = {"scenario": scenario.name, **evaluation.score(scenario.judge())}
     if evaluation.substeps > scenario.simulation.substeps:
         score["substeps"] = evaluation.substeps  # it diverges with fewer
@@ -67,18 +67,18 @@ def with_score(design: Design, evaluation: Evaluation, scenario: Scenario) -> De
 
 
 def noted(design: Design, more: Json) -> Design:
-    """The design with ``more`` in its score."""
+    """Return the design with the entries ``more`` added to its score."""
     return design.model_copy(update={"score": {**design.score, **more}})
 
 
 def parts_of(scenario: Scenario, controller: Json) -> References:
-    """Group and name of every part that a scenario and a controller name."""
+    """Return (group, name) of the plant, fitness and strategy, and of the controller's kinds."""
     used = [("plant", scenario.plant.name), ("fitness", scenario.fitness.kind)]
     return [*used, ("strategy", scenario.search.preset), *kinds_of(controller)]
 
 
 def kinds_of(controller: Json) -> References:
-    """Every kind of a controller or of its settings, including nested ones."""
+    """Return ("controller", kind) of a controller or its settings, and of nested controllers."""
     inside = [*controller.get("axes", {}).values(), *filter(None, [controller.get("inner")])]
     outer = [("controller", controller["kind"])]
     return outer + [kind for part in inside for kind in kinds_of(part)]

@@ -11,12 +11,12 @@ from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.stress import Applied, rubbing
 
-#: Number of machines that are sorted by their sliding friction, the same in all runs.
+#: Number of machines with the friction of the stress; they are the same in all runs.
 RUBBING = 199
 
 
 def drawn_for(scenario: Scenario, count: int, seed: int, margin: float = 1.0) -> Machines:
-    """The nominal machine of a robust scenario and ``count`` others within its tolerances.
+    """Return the nominal machine of a robust scenario and ``count`` others within its tolerances.
 
     The tolerances are widened by the factor ``margin``.
     """
@@ -29,10 +29,10 @@ def drawn_for(scenario: Scenario, count: int, seed: int, margin: float = 1.0) ->
 
 
 def margin_limits(scenario: Scenario, loop: Loop, genome: Any, final: bool) -> AskedMargins | None:
-    """Margins that the scenario requires of the linearised loop; None: it requires none.
+    """Return the margins that the scenario requires of the linearised loop; None: it requires none.
 
-    ``final`` selects those of finalists. A robust scenario requires at least stability, if it can
-    be determined for such laws.
+    With ``final``, they are those for finalists. A robust scenario requires at least stability, if
+    the stability of such laws can be determined.
     """
     if not scenario.margins and not scenario.robust:
         return None
@@ -44,7 +44,7 @@ def margin_limits(scenario: Scenario, loop: Loop, genome: Any, final: bool) -> A
 
 
 def _with_stress_friction(scenario: Scenario) -> Machines | None:
-    """Machines within the tolerances with the friction of the stress; None: none is required."""
+    """Return machines within the tolerances with the stress friction; None: not needed."""
     if not (scenario.robust and scenario.margins) or scenario.stress.friction <= 1.0:
         return None
     machines = drawn_for(scenario, RUBBING, 0)

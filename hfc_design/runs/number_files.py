@@ -10,7 +10,7 @@ from hfc_design.core.records import Finite, NotNegative, Record, RunError, UserE
 from hfc_design.core.texts import as_user_error, content, decoded, json_of
 
 Item = TypeVar("Item")
-#: Values by the names of motions; at least one.
+#: Name of a motion -> its values; at least one motion.
 Named = Annotated[dict[str, Item], Field(min_length=1)]
 
 
@@ -78,7 +78,7 @@ class UsableFile(Numbers):
     """Content of ``usable.json``."""
 
     usable: bool
-    verdict: Literal["yes", "on this model only", "no"] | None = None  # of older files
+    verdict: Literal["yes", "on this model only", "no"] | None = None  # None: an older file
     stress: list[_Stress] = []
     why_not: _WhyNot | None = None
     answer: Annotated[str, Field(min_length=1)]
@@ -97,7 +97,7 @@ class UsableFile(Numbers):
 
 
 def read_numbers(path: Path, model: type[Numbers]) -> Json | None:
-    """Content of a file of numbers of a run; None if it does not exist. RunError: it is damaged."""
+    """Return the numbers in a file of a run; None if there is no file. RunError: it is damaged."""
     if not path.exists():
         return None
     try:

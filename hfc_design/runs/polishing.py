@@ -1,6 +1,6 @@
-"""Polish of the design of a finished search: its ranking, its derivatives, its checkpoints.
+"""Polish of the design of a finished search: ranking, derivatives and checkpoints of the polish.
 
-A stopped polish is resumed from a checkpoint in the folder of its run.
+A stopped polish is resumed from a checkpoint in the folder of the run.
 """
 
 from collections.abc import Callable
@@ -28,18 +28,18 @@ from hfc_design.simulation.error_weights import RECORDED, Traces, motion_slopes
 from hfc_design.simulation.evaluating import Evaluation, evaluate
 
 CHECKPOINT = "polish.npz"
-#: Key in the score of a design: number of steps, and rank before and after them.
+#: Key in the score of a design for the number of steps, and the rank before and after them.
 POLISH = "polish"
-#: Doubles of an individual on a single machine, a millionth off: a lucky one has worse doubles.
+#: Number of copies, changed by a millionth, that show whether an individual is good by luck only.
 DOUBLES = 7
-#: A step with several machines uses the nominal one, some on which the initial design passes with
-#: the smallest reserve, and some random ones; it is linearised on a few of these.
+#: With several machines, a step uses the nominal one, ``HARD`` on which the initial design is
+#: closest to a violation, and ``RANDOM`` others; derivatives are those on ``LINEARISED`` of these.
 HARD, RANDOM, LINEARISED = 8, 7, 3
-#: Individuals of a step on one machine and on several; with the present one they fill the lanes.
-#: Numbers of these that are evaluated like the result.
+#: Proposals of a step on one machine and on several (with the present individual a power of two),
+#: and numbers of these that are evaluated like the result.
 PROPOSED, JUDGED = (127, 63), (4, 2)
-#: Residuals below a share of the largest one get no more weight; the share is drawn for every step
-#: between these powers of ten, since a polish that is stuck at one may progress at another.
+#: Residuals below a share of the largest one get no larger weight; the share is drawn for each step
+#: between these powers of ten, since a polish that is stuck with one may progress with another.
 SMALLEST = (-6.0, -2.0)
 
 
@@ -67,7 +67,7 @@ def polished(
     needed: dict[str, str],
     on_step: Callable[[Polished], None],
 ) -> tuple[Design, Evaluation]:
-    """Polish the design ``begun``, which is returned unchanged if nothing better is found.
+    """Polish the design ``begun``; if nothing better is found, only a note in its score is new.
 
     A polish that is stopped and called again ends with the same result as an uninterrupted one.
 
@@ -94,7 +94,7 @@ def polished(
 
 
 def polish_told(design: Design) -> str:
-    """Line with the improvement by a polish; "" if there was none or it is unknown."""
+    """Return a line on the polish of a design; "" if it was not polished or the note is damaged."""
     numbers: Any = design.score.get(POLISH)
     try:
         ends = (numbers["before"], numbers["after"])
@@ -105,7 +105,7 @@ def polish_told(design: Design) -> str:
 
 
 def _loaded(path: Path, scenario: Scenario, needed: dict[str, str]) -> Polished | None:
-    """The polish stored in a file, as ``stored.read`` returns it."""
+    """Return the polish stored in a file, as ``stored.read`` does."""
     genome = genome_of(scenario)
 
     def polished(arrays: archive.Arrays) -> Polished:
@@ -141,11 +141,11 @@ class PolishTask:
         return Polishable(self._final.genome, self.worth, self.screened, derived, *sizes)
 
     def worth(self, population: Population) -> Floats:
-        """(n, 1) rank on all machines; on a single one (n, 2) its own and that of its worst double.
+        """Return ranks (n, 1) on all machines; on a single one (n, 2), also the worst of doubles.
 
-        This is the only place that defines what a polish has to improve.
+        Only this function defines what a polish has to improve.
         """
-        if self._many:  # every one on every machine: a bound by the best is the worth of another
+        if self._many:  # not ``rank_of_finalists``, where other individuals limit a rank
             return self._final.rank_on(population, np.arange(self._parts.machines.size))[:, None]
         rank = self._final.rank_of_finalists(population)
         each = taken(population, np.repeat(np.arange(len(rank)), DOUBLES))
@@ -154,7 +154,7 @@ class PolishTask:
         return np.stack([rank, np.minimum(rank, lowest)], axis=1)
 
     def screened(self, population: Population, rng: np.random.Generator) -> Floats:
-        """(n,) rank on some machines."""
+        """Return ranks (n,) on some of the machines."""
         return self._final.rank_on(population, self._some(rng))
 
     def _some(self, rng: np.random.Generator) -> Integers:
@@ -164,7 +164,7 @@ class PolishTask:
         return np.unique(np.concatenate([[0], self._hard, drawn]))
 
     def quadratic(self, individual: Population, rng: np.random.Generator) -> Quadratic | None:
-        """Normal equations of the cost of all motions of a few machines about a population of one.
+        """Return the normal equations, around a population of one, of the cost on a few machines.
 
         None if a motion or its derivative is not finite, or all weights are zero.
         """
@@ -185,10 +185,10 @@ class PolishTask:
     def _of_motion(
         self, individual: Population, machine: int, motion: int, smallest: float
     ) -> Quadratic | None:
-        """Iteratively reweighted least squares: the weight of a residual is its effect on the cost.
+        """Return the normal equations of a motion: residuals weighted by their effect on the cost.
 
-        Steps of encoders and converters are left out: their derivative is 0, so that the loop
-        would look open.
+        Steps of encoders and converters are left out: the derivative of a step is 0, so that the
+        loop would look open.
         """
         loop, machines, motions, _ = self._parts
         loop, one = loop.smooth, machines.take(np.array([machine]))
@@ -207,7 +207,7 @@ class PolishTask:
             weight = weight / np.maximum(np.abs(value), floor)
             if not weight.any():
                 continue
-            # As if it were a square, and as if it could change its sign near 0 at no cost.
+            # Weights of a square, and weights that let a residual near 0 change its sign freely.
             bent = weight * value**2 / (value**2 + floor**2)
             ways = [jacobian.T @ (jacobian * one[:, None]) for one in (weight, bent)]
             normal = normal + np.stack(ways)

@@ -34,13 +34,13 @@ from hfc_design.simulation.stress import among
 FEW, SLACK = 4, 1e-9
 #: Offset of the seed of the machines on which the final choice is made.
 CHOSEN = 2**33
-#: Final penalty of violated constraints in a search whose scores are compared within a generation
-#: only, and power of the share of its generations with which it grows.
+#: Final penalty of violated constraints in a search that compares scores only within a generation,
+#: and power of the share of completed generations with which the penalty grows.
 PENALTY, GROWING = 1000.0, 2.0
-#: Machines for the points of a front if a single design was looked for before; the search for one
-#: design uses twice as many in turn.
+#: Number of hard machines for a front, after a leading search for a single design; a search for a
+#: single design uses twice as many, in turn.
 HARD = 40
-#: Exponent of ``robust.tighter`` for a front: these machines are hard enough.
+#: Exponent of ``robust.tighter`` for a front, whose machines are hard already.
 TRADED = 0.5
 #: Number of times that the finalists are halved, each time on twice the machines.
 HALVED = 4
@@ -62,24 +62,24 @@ class Parts(NamedTuple):
 class Problem:
     """A scenario with its genome, loop, machines and motions, and the ranking of individuals.
 
-    The choice among finalists (``final``) is on machines of its own within the tolerances, with the
-    scenario's own constraints; a search has wider tolerances and tighter constraints.
+    With ``final``, it is the problem of the choice among finalists: on other machines, by the
+    scenario's tolerances and constraints. A search has wider tolerances and tighter constraints.
 
     Raises:
-        UserError: its controller cannot be searched.
+        UserError: the controller of the scenario cannot be searched.
     """
 
     def __init__(self, scenario: Scenario, final: bool = False):
         with own_code("", *kinds_of(scenario.controller.model_dump())):
             self.genome = genome_of(scenario)
-            design = design_of(self.genome.empty(), scenario)  # what any of them reads
+            design = design_of(self.genome.empty(), scenario)  # for the signals that all read
         check_laws(design, scenario.plant.machine)
-        controller, _ = controller_of(design, scenario)  # that of any individual
+        controller, _ = controller_of(design, scenario)  # same law for all individuals
         self._record, self._traded = design.controller, scenario.traded
         self._robust = robust = scenario.robust
         loop = closed_loop(scenario, controller, scenario.stress.delay_samples if robust else None)
         machines = simulate.one_machine(scenario.plant.values())
-        #: The machines that are under no stress.
+        #: Indices of the machines that are under no stress.
         self.calm = np.zeros(1, int)
         if robust:
             wider, seed = 1.0 if final else robust.margin, scenario.run.seed + CHOSEN * final
@@ -93,20 +93,20 @@ class Problem:
         self._dtype = np.dtype(scenario.run.precision)
         settings = scenario.search
         self._evaluations = settings.population * settings.generations
-        #: Individuals and machines of a generation.
+        #: Number of pairs of an individual and a machine in a generation.
         self._lanes = settings.population * (robust.first if robust else 1)
         #: Number of generations that each have machines of their own.
         self._fresh = STRATEGIES.get(settings.preset).forgets(settings)
-        self.simulated = 0  # samples of control of all that were ranked, without derivatives
+        self.simulated = 0  # control samples simulated for ranks, not for derivatives
 
     @property
     def has_derivative(self) -> bool:
-        """True if a single axis follows a reference, so that its error has a derivative."""
+        """True if the machine has a single axis, whose tracking error has a derivative."""
         return len(self.parts.loop.machine.axes) == 1
 
     @property
     def task(self) -> Task:
-        """The task of a strategy; with a derivative only if a single axis follows a reference."""
+        """The task of a strategy; it has a derivative only for one axis and without an ensemble."""
         differs = hasattr(self.genome, "space") and self.has_derivative and not self.parts.ensemble
         by_margins = self._margins and self._robust
         return Task(
@@ -125,7 +125,7 @@ class Problem:
         needed: Floats | None = None,
         hard: Integers | None = None,
     ) -> Floats:
-        """Merit of every individual; -inf if it failed, negative if it violates constraints.
+        """Return the merit of each individual (n,): -inf if it failed, negative for violations.
 
         If scores of different generations are never compared, violated constraints are weighed
         against merit instead, with increasing weight. The merit of an individual that cannot reach
@@ -145,10 +145,10 @@ class Problem:
         needed: Floats | None = None,
         broken: Floats | None = None,
     ) -> Floats | Scored | Weighed:
-        """Scores for the strategy of the scenario: ranks, or ranks with the costs of a trade-off.
+        """Return scores for the strategy of the scenario: ranks, for a trade-off also costs.
 
-        Costs that are compared are those on the same ``machines``; default: the first ones. Without
-        a trade-off, ``machines`` are the hard ones.
+        Costs are those on ``machines`` (default: the first ones), so that they can be compared.
+        Without a trade-off, ``machines`` are the ``hard`` ones of ``rank``.
         """
         fresh = generation < self._fresh
         if self._traded and not fresh:
@@ -161,7 +161,7 @@ class Problem:
         return Weighed(rank, weighed) if fresh else rank
 
     def weighed(self, population: Population, machines: Integers | None = None) -> Scored:
-        """Ranks, costs and violations on some machines, or on all that were drawn."""
+        """Return ranks, costs and violations on some machines; default: all that were drawn."""
         gains = self.genome.gains(population)
         judged = self._simulated(gains, self._every if machines is None else machines)
         allowed = self._allowed and self._allowed.tighter(self._tighter**TRADED)
@@ -173,16 +173,16 @@ class Problem:
         return Scored(rank, costs, violation)
 
     def rank_on(self, population: Population, machines: Integers, at_once: int = 0) -> Floats:
-        """Ranks on some of the drawn machines.
+        """Return ranks (n,) on some of the drawn machines.
 
         ``at_once`` pairs of an individual and a machine are simulated together; default: all.
         """
         return self._ranked(population, machines, at_once=at_once)[:, 0]
 
     def rank_of_finalists(self, population: Population) -> Floats:
-        """Ranks of finalists: the better half advances to twice the machines, ``HALVED`` times.
+        """Return ranks (n,); ``HALVED`` times, the better half advances to twice the machines.
 
-        The others cannot overtake them. One program serves all rounds.
+        A finalist never ranks above one that has advanced further. One program serves all rounds.
         """
         rank, left = np.full(len(population.tree), np.inf), np.arange(len(population.tree))
         beyond = self._beyond_margins(self.genome.gains(population))
@@ -200,9 +200,9 @@ class Problem:
         return rank
 
     def nearest_to_breaking(self, individual: Population, count: int) -> Integers:
-        """Machines on which a population of one passes with the smallest reserve.
+        """Return up to ``count`` machines on which a population of one is closest to a violation.
 
-        The nominal machine is left out, and so are those on which violations are tolerated.
+        The nominal machine is left out, and so are machines on which the individual does not pass.
         """
         ensemble = self.parts.ensemble or Ensemble((1.0,))
         judged = self._judged(self.genome.gains(individual), self._every)
@@ -211,7 +211,7 @@ class Problem:
         return order[verdict.sound[0, order] & (order > 0)][:count]
 
     def largest_signals(self, individual: Population) -> dict[str, float]:
-        """Largest magnitude of each signal of the first axis on the nominal machine."""
+        """Return the largest magnitude of each signal of the first axis on the nominal machine."""
         loop, machines, motions, _ = self.parts
         return simulate.largest_signals(loop, machines, motions, self.genome.gains(individual))
 
@@ -227,7 +227,7 @@ class Problem:
         hard: Integers | None = None,
         beyond: Floats | None = None,
     ) -> Floats:
-        """(n, 2) rank with violated constraints below all others, and the result of ``rank``."""
+        """Return (n, 2): rank with violations below all others, and the result of ``rank``."""
         robust, penalty = self._robust, self._penalty(generation)
         if robust is None:
             loop, _, motions, ensemble = self.parts
@@ -242,7 +242,7 @@ class Problem:
         for count in (robust.machines, robust.elite):
             if count == robust.first:
                 continue
-            # So many that it costs no more than the first round; the others cannot pass them.
+            # So many that it costs no more than the first round; others cannot rank above them.
             most = max(len(rank) * robust.first // count, 1)
             best = np.argsort(-rank[:, 1], kind="stable")[:most]
             again = self._ranked(taken(population, best), some(count), penalty, beyond=beyond[best])
@@ -259,10 +259,10 @@ class Problem:
         beyond: Floats | None = None,
         at_once: int = 0,
     ) -> Floats:
-        """(n, 2) rank with violated constraints below all others, and with violations weighed.
+        """Return (n, 2): rank with violations below all others, and rank with weighed violations.
 
-        On all ``machines``; individuals that cannot reach their ``needed`` value only on the first
-        ``FEW``.
+        Individuals are simulated on all ``machines``; those that cannot reach their ``needed``
+        value, only on the first ``FEW``.
         """
         gains, ensemble = self.genome.gains(population), self.parts.ensemble
         beyond = self._beyond_margins(gains) if beyond is None else beyond
@@ -280,7 +280,7 @@ class Problem:
         return rank
 
     def _ranked_alone(self, population: Population, needed: Floats | None) -> Floats:
-        """As ``_ranked`` on one machine in one motion, which ends early for lost individuals."""
+        """As ``_ranked`` on one machine in one motion, stopped early where ``needed`` is missed."""
         least = np.full(len(population.tree), -np.inf) if needed is None else needed
         loop, machines, (samples,), _ = self.parts
         about = (loop, machines, samples, self.genome.gains(population), least)
@@ -291,7 +291,7 @@ class Problem:
     def _judged(self, gains: Gains, machines: Integers, at_once: int = 0) -> Judged:
         """Simulate and judge individuals on some of the machines.
 
-        For machines under a stress, a search has the same constraints as the scenario.
+        On machines under a stress, a search does not tighten the constraints of the scenario.
         """
         judged = self._simulated(gains, machines, at_once)
         ensemble, stressed = self.parts.ensemble, ~np.isin(machines, self.calm)
@@ -309,7 +309,7 @@ class Problem:
         return judged
 
     def _beyond_margins(self, gains: Gains) -> Floats:
-        """(n,) violation of the required margins of the loops."""
+        """Return the violation of the required margins of the loops, (n,)."""
         return self._margins.broken(gains) if self._margins else np.zeros(trailing(gains))
 
     def _verdict(
@@ -319,17 +319,17 @@ class Problem:
         penalty: float | None = None,
         beyond: Floats | float = 0.0,
     ) -> Floats:
-        """(n, 2) rank with violated constraints below all others, and with violations weighed."""
+        """Return (n, 2) as ``_ranked`` does, from results of the simulation."""
         if ensemble is None:
             return np.stack(2 * [np.asarray(judged.rank[:, 0, 0])], axis=1)
         verdict = ensemble.verdict(judged, penalty, beyond)
         return np.stack([verdict.rank, verdict.weighed], axis=1)
 
     def _final_rank(self, judged: Judged, beyond: Floats) -> Floats:
-        """As ``rank_on``, but with more violations than are tolerated the machines are counted.
+        """As ``rank_on``, but if constraints are violated, the failing machines are counted first.
 
-        That is the share of those under no stress and that of the others, of the first machines, as
-        the final test uses both; the nominal machine and required margins count as all machines.
+        The shares that fail without and with a stress are added, as the final test uses both; a
+        failing nominal machine counts as all machines, and so do missed margins.
         """
         if self.parts.ensemble is None:
             return self._verdict(judged, None)[:, 0]
@@ -344,7 +344,7 @@ class Problem:
         return PENALTY * done**GROWING if done < 1.0 else None
 
     def _some(self, count: int, generation: int, hard: Integers | None) -> Integers:
-        """The nominal machine and some others: always the first ones, or others each time."""
+        """Return the nominal machine and ``count - 1`` more; see ``rank`` for when they change."""
         start = generation * (count - 1) if generation < self._fresh else 0
         some = np.append(0, 1 + (start + np.arange(count - 1)) % (self.parts.machines.size - 1))
         if hard is not None and len(hard):
@@ -353,16 +353,16 @@ class Problem:
         return some
 
     def _costs(self, judged: Judged, gains: Gains) -> Floats:
-        """(n, objectives) costs of the trade-off."""
+        """Return the costs of the trade-off, (n, objectives)."""
         values = np.asarray(judged.values)[..., len(self.parts.loop.judge.objectives) :]
         costs = (self.parts.ensemble or Ensemble((1.0,))).costs(values)
-        measured = iter(costs.T)  # those of constraints come last
+        measured = iter(costs.T)  # values of constraints come last
         units = self._record.units_that_matter
         columns = (next(measured) if x.metric else units(gains) for x in self._traded)
         return np.stack([*columns], axis=1).astype(float)
 
     def _linear(self, individual: Population, chosen: Integers | None = None) -> Linear | None:
-        """The tracking error linearised about one individual; None if it is not differentiable."""
+        """Return the tracking error linearised around an individual; None if it is not finite."""
         loop, machines, motions, _ = self.parts
         about = (loop, machines, *motions, self.genome.gains(individual), self._dtype, chosen)
         error, jacobian = simulate.error_jacobian(*about)
@@ -370,10 +370,10 @@ class Problem:
         return Linear(error, jacobian, chosen) if finite else None
 
     def _hardest(self, population: Population, keeping: float) -> Integers:
-        """The nominal machine and those with the largest violations or the smallest reserve.
+        """Return the nominal machine and those with the largest violations, then lowest merits.
 
-        Machines are left out on which less than a share ``keeping`` of the ``population`` keeps all
-        of the scenario's own limits.
+        A machine is left out if less than a share ``keeping`` of the ``population`` meets all
+        constraints of the scenario on it.
         """
         assert self.parts.ensemble is not None
         assert self._allowed is not None
@@ -384,11 +384,11 @@ class Problem:
         order = np.lexsort((verdict.merit.mean(axis=0), -broken))
         others = order[possible[order] & (order > 0)]
         calm, most = np.isin(others, self.calm), HARD if keeping else 2 * HARD
-        stressed = others[~calm][: 2 * most // 3]  # two thirds of them, or all that there are
+        stressed = others[~calm][: 2 * most // 3]  # at most two thirds of all
         return np.sort(np.concatenate([[0], others[calm][: most - 1 - len(stressed)], stressed]))
 
     def _informed(self, tree: Integers, rng: np.random.Generator) -> Population | None:
-        """First individuals on the given trees, from a search of laws; None: no law is known."""
+        """Return first individuals on the given trees, from laws that are searched or known."""
         laws = self.genome.laws()
         if laws is not None and worthwhile(self._evaluations):
             of_laws = copy(self)
@@ -406,15 +406,15 @@ class Problem:
 
 
 def _on_both(some: Judged, others: Judged) -> Judged:
-    """Results of the same individuals on some machines, followed by those on others."""
+    """Join the results of the same individuals on some machines and on others."""
     pairs = zip(some, others, strict=True)
     return Judged(*(np.concatenate(pair, axis=1) for pair in pairs))
 
 
 def final_problem(scenario: Scenario) -> Problem:
-    """The problem of the final choice: on machines within the tolerances themselves.
+    """Return the problem of the final choice, on machines within the tolerances of the scenario.
 
-    In float64 if there is only one machine, since float32 overrates loops that are nearly chaotic.
+    With only one machine, it is in float64, since float32 overrates loops that are nearly chaotic.
     """
     if not scenario.robust:
         run = scenario.run.model_copy(update={"precision": "float64"})

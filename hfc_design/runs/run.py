@@ -48,8 +48,8 @@ class Result(NamedTuple):
 
     design: Design
     evaluation: Evaluation
-    search: Search | None  # None where the design was given
-    front: Front | None = None  # None where the search trades nothing
+    search: Search | None  # None: the design was given
+    front: Front | None = None  # None: the search has no trade-off
 
     def __repr__(self) -> str:
         return line("Result", self._shown())
@@ -86,7 +86,7 @@ def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Sc
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
         checkpoint.synced(folder.parent)
-        movable = renamed(scenario, copied)  # it stands alone
+        movable = renamed(scenario, copied)  # no file outside is needed
     if given is not None:
         _write_design(folder / GIVEN, given)
     checkpoint.write_whole(folder / CONFIG, config_toml(movable).encode())
@@ -95,7 +95,7 @@ def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Sc
 
 @contextmanager
 def begun(folder: Path) -> Iterator[None]:
-    """Around a new run: one that is refused before its first checkpoint leaves no files."""
+    """Context of a new run: if it is refused before its first checkpoint, its files are removed."""
     before = {*folder.iterdir()}
     try:
         yield
@@ -109,7 +109,7 @@ def begun(folder: Path) -> Iterator[None]:
 
 
 def opened_run(folder: Path) -> Scenario:
-    """The scenario of an existing run folder.
+    """Return the scenario of an existing run folder.
 
     Raises:
         UserError: there is no run in the folder.
@@ -122,10 +122,10 @@ def opened_run(folder: Path) -> Scenario:
 
 
 def provenance(path: Path) -> Json:
-    """Versions and files with which a run's design was made; empty if it cannot be read."""
+    """Return the versions and files that made a run's design; empty if they cannot be read."""
     try:
         return dict(json_of(read_text(path))["provenance"])
-    except (UserError, ValueError, TypeError, KeyError):  # its own reader says what is wrong
+    except (UserError, ValueError, TypeError, KeyError):  # ``read_design`` will explain it
         return {}
 
 
@@ -139,8 +139,8 @@ def run(
 ) -> Result:
     """Search from the start, or from the folder's checkpoint, and write the files of the folder.
 
-    The search is repeated until the design is usable (see ``laps``), up to ``run.extend`` times.
-    A run that is stopped and called again ends with the same files as an uninterrupted one.
+    The search is repeated until the design is usable: up to ``champion.laps`` searches in all. A
+    run that is stopped and called again ends with the same files as an uninterrupted one.
 
     Raises:
         UserError: it needs more memory than there is.
@@ -182,7 +182,7 @@ def run(
 def _finished(
     scenario: Scenario, folder: Path, result: Result, use: Usable | None = None
 ) -> Result:
-    """The result with its usability, after its files are written; the design is written last."""
+    """Write the files of a result, the design last; return the result with its usability."""
     if scenario.robust:
         numbers = used(scenario, result, folder, use)
         result = result._replace(design=_with_use(result.design, numbers))
@@ -199,7 +199,7 @@ def _searched(
     made_by: dict[str, str],
     on_generation: Callable[[Search], None],
 ) -> Search:
-    """The search of a lap, from its start or from its checkpoint at a path."""
+    """Return the finished search of a lap, begun anew or continued from its checkpoint ``path``."""
     before = stored.load(path, scenario, needed, HINT)
     problem, settings = Problem(scenario), scenario.search
     parts = (searcher(settings, problem.task), problem.genome, settings.generations)
@@ -213,7 +213,7 @@ def _searched(
 
 
 def front_needed(folder: Path, result: Result) -> Front:
-    """The front of the finished run in a folder; UserError: it has none, or an empty one."""
+    """Return the front of a finished run; UserError: the run has no front, or an empty one."""
     if result.front is None:
         raise UserError(
             f"{folder}: has no front; to search for one run hfc design --pareto tracking,effort"
@@ -226,9 +226,9 @@ def front_needed(folder: Path, result: Result) -> Front:
 def picked(
     scenario: Scenario, result: Result, point: int
 ) -> tuple[Design, Evaluation, Json | None]:
-    """Design of a point of the front, counted from 0, its evaluation, and its usability in numbers.
+    """Return design, evaluation and usability (as JSON) of a point of the front, counted from 0.
 
-    The usability is unknown (None) if the scenario names no tolerances.
+    The usability is None if the scenario has no ``[robust]``.
 
     Raises:
         RunError: the design diverges in float64.
@@ -248,14 +248,14 @@ def _with_use(design: Design, numbers: Json) -> Design:
 
 
 def used(scenario: Scenario, result: Result, folder: Path, use: Usable | None = None) -> Json:
-    """Usability of the design of a run in numbers, which are also written to the folder.
+    """Return the usability of a run's design as JSON, and write it to the folder.
 
     ``use`` is the usability, if it is already known.
 
     Raises:
         RunError: the folder cannot be written.
     """
-    known = "usable" in result.design.score  # once is enough
+    known = "usable" in result.design.score  # tested before
     if known and (before := kept_use(folder)) is not None:
         return before
     numbers = (use or usable(result.design, scenario)).numbers()
@@ -266,10 +266,10 @@ def used(scenario: Scenario, result: Result, folder: Path, use: Usable | None = 
 
 
 def kept_use(folder: Path) -> Json | None:
-    """Stored usability of the design of a run folder; None if there is none.
+    """Return the stored usability of a run's design; None if there is none.
 
     Raises:
-        RunError: its file is damaged.
+        RunError: the file is damaged.
     """
     return read_numbers(folder / USABLE, UsableFile)
 
@@ -279,7 +279,7 @@ def _write_design(path: Path, design: Design) -> None:
 
 
 def finished_run(folder: Path) -> tuple[Scenario, Result]:
-    """The scenario and the result of a finished run, from its folder.
+    """Return the scenario and the result of a finished run, from its folder.
 
     Raises:
         UserError: there is no finished run in the folder, or its config or design is damaged.
@@ -290,7 +290,7 @@ def finished_run(folder: Path) -> tuple[Scenario, Result]:
             hint = f"; {resuming(folder)}" if name == DESIGN else ""
             raise UserError(f"{folder}: has no finished run (no {name}){hint}")
     scenario = opened_run(folder)
-    config = {CONFIG: stored.made_by(scenario, folder)[CONFIG]}  # it only has to be told of
+    config = {CONFIG: stored.made_by(scenario, folder)[CONFIG]}  # to show a run this is enough
     design = read_design(folder / DESIGN)
     number = design.score.get(LAP, 0)
     path = folder / champion.lap_file(CHECKPOINT, number if isinstance(number, int) else 0)

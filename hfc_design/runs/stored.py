@@ -22,15 +22,15 @@ from hfc_design.search.loop import STRATEGIES, Search, fault
 #: Packages whose versions affect the last bits of a result.
 PACKAGES = "jax", "jaxlib", "numpy", "scipy"
 version = cache(metadata.version)  # a batch has many short cells
-#: Allowed bytes of a search beside its individuals, and beside the numbers of each.
+#: Bytes allowed in a checkpoint beyond its individuals, and for each of these beyond its numbers.
 SPARE, SPARE_EACH = 2**24, 64
-#: Seconds between checkpoints of a process with many steps in that time.
+#: Shortest time between two checkpoints [s].
 CHECKPOINT_EVERY = 2.0
 Step = TypeVar("Step")
 
 
 def made_by(scenario: Scenario, folder: Path) -> dict[str, str]:
-    """Identity of everything that determines the result of a run: files, versions, own parts."""
+    """Return what determines the result of a run: digests of files, versions, own plug-ins."""
     files: list[AnyFile] = [folder / checkpoint.CONFIG]
 
     def noted(key: str, file: AnyFile) -> AnyFile:
@@ -53,11 +53,11 @@ def read(
     record: Callable[[archive.Arrays], Step],
     hint: str = "",
 ) -> Step | None:
-    """The ``record`` of the arrays in a file of at most so many bytes; None: there is no such file.
+    """Return ``record`` of the arrays in a file of ``largest`` bytes at most; None: no such file.
 
     Raises:
-        RunError: it is damaged, or was made by something else than ``needed``; ``hint`` is the
-            advice for this case.
+        RunError: the file is damaged, or was not made by what ``needed`` names; ``hint`` is advice
+            for the second case.
     """
     if not path.exists():
         return None
@@ -75,11 +75,11 @@ def read(
 
 
 def load(path: Path, scenario: Scenario, needed: dict[str, str], hint: str = "") -> Search | None:
-    """The search stored in a file, as ``read`` returns it."""
+    """Return the search stored in a file, as ``read`` does."""
     settings, genome = scenario.search, genome_of(scenario)
     empty, state = genome.empty(), STRATEGIES.get(settings.preset).state
     each = sum(array.nbytes for _, array in checkpoint.flat(empty)) // genome.structures
-    # As much as of a search that remembers every individual that it has ever tried.
+    # Enough for a search that stores every individual that it has ever tried.
     tried = genome.structures + settings.population * (settings.generations + 1)
 
     def search(arrays: archive.Arrays) -> Search:
@@ -100,7 +100,7 @@ def checkpointed(
 ) -> Step:
     """Take all ``steps`` after the step ``before``; ``save`` from time to time and at the end.
 
-    Returns the last step, or ``before`` if none was left.
+    Return the last step, or ``before`` if no step was left.
     """
     done, saved = before, time.monotonic()
     try:

@@ -1,12 +1,12 @@
-"""Steps a design file in plain numbers, as a machine's control would. Never imports JAX.
+"""Runs a design in plain numbers, sample by sample, as a control does. Never imports JAX.
 
 >>> controller = load("design.json")                                    # doctest: +SKIP
 >>> voltage = controller.step({"error": 1e-3, "error_rate": 0.0, ...})  # doctest: +SKIP
 
-A sample is faulty if a reading is not finite, or if the output of the law for it is not: its
-command is NaN, and the next sample continues as if the faulty one had not occurred. Before the
-first sample the axis is assumed to have been at the same readings, so that no change of a signal
-causes a kick. C, Structured Text and HAL behave the same.
+A sample is faulty if a reading or the output of the law is not finite. The command is then NaN,
+and the next sample continues as if the faulty one had not occurred. Before the first sample the
+axis is assumed to have been at the same readings, so that no change of a signal causes a kick.
+Generated code does the same, but in Structured Text and HAL a fault gives the command 0.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -21,7 +21,7 @@ from hfc_design.controllers.controller import AxisLaw, PathView, Signals, View
 from hfc_design.controllers.kind import ControllerRecord, require
 from hfc_design.core.arguments import a_kind
 from hfc_design.core.numbers import SCALARS, Memory, Parameters, finite
-from hfc_design.core.plugins import use as use  # makes an own kind known, as "module:OBJECT"
+from hfc_design.core.plugins import use as use  # registers an own kind, as "module:OBJECT"
 from hfc_design.core.records import UserError
 from hfc_design.core.validation_errors import short
 from hfc_design.files.design import AnyDesign, Design, learned, named_design
@@ -31,11 +31,11 @@ WRONG = KeyError, TypeError, AttributeError
 
 
 class Missing(UserError, KeyError):
-    """A signal or an axis is missing; also a KeyError, as the mapping of a script raises it."""
+    """Error for a missing signal or axis; also a KeyError, which scripts may expect."""
 
 
 def what_is_wrong(given: Iterable[Any], error: Exception, what: str = "signal") -> Exception:
-    """The exception for a step that failed with ``error``; ``error`` itself if the input is valid.
+    """Return the exception for a step that failed with ``error``: the same if input is valid.
 
     The input is examined only after a step has failed.
 
@@ -53,14 +53,14 @@ def what_is_wrong(given: Iterable[Any], error: Exception, what: str = "signal") 
 
 
 def reader(kind: type[ControllerRecord], record: ControllerRecord) -> Callable[[Signals], bool]:
-    """Test whether all readings of a ``record``'s law are finite; all signals if unknown."""
+    """Return a test whether the signals that a law reads are finite; if unknown, all given."""
     if not (names := kind.reads(record) if kind.reads else []):
         return finite
 
     def reads(signals: Signals) -> bool:
         try:
             return all(map(isfinite, map(signals.__getitem__, names)))
-        except KeyError:  # the law tells which is missing, if it does read it
+        except KeyError:  # the law's own error names the signal
             return finite(signals)
 
     return reads
@@ -69,8 +69,8 @@ def reader(kind: type[ControllerRecord], record: ControllerRecord) -> Callable[[
 class Controller:
     """Controller of one axis, with its memory from one sample to the next.
 
-    ``law`` replaces the law of the kind for the same numbers, for example by one with tabulated
-    terms; default: the law of the kind.
+    ``axis`` is needed if axes have different controllers or limits. ``law``, for example one with
+    tabulated terms, is used with the same numbers in place of the law of the kind.
     """
 
     def __init__(self, design: AnyDesign, axis: str = "", law: AxisLaw | None = None):
@@ -96,8 +96,8 @@ class Controller:
     def step(self, signals: Signals) -> float:
         """Return the command for this sample's ``signals``; NaN if the sample is faulty.
 
-        A C-axis takes volts for error [rad], error_rate [rad/s], ...; a feed drive takes units of
-        its converter for error [BLU] and, with low-velocity compensation, velocity [BLU/s].
+        For a C-axis the command is in volts, from error [rad], error_rate [rad/s], ...; for a feed
+        drive it is in units of the converter, from error [BLU] and perhaps velocity [BLU/s].
 
         Raises:
             KeyError: a signal that the design reads is missing; the exception is a UserError too.
@@ -119,7 +119,7 @@ class Controller:
         return command, parts
 
     def _tried(self, signals: Signals) -> tuple[float, Memory, Any]:
-        """The command, the memory of the law after it, and the components of the command."""
+        """Return command, new memory and components; NaN, old memory and None if faulty."""
         try:
             if self._reads(signals):
                 memory = self._memory
@@ -136,7 +136,7 @@ class Controller:
         return nan, self._memory, None
 
     def _done(self, command: float, memory: Memory) -> None:
-        """Store the memory after a sample; a faulty sample leaves none."""
+        """Store memory and command after a sample; a faulty one (command NaN) changes nothing."""
         self._memory = memory
         if not isnan(command):
             self._command, self._fresh = command, False
@@ -157,7 +157,7 @@ class Controller:
         self._fresh = True
 
     def adapted(self) -> ControllerRecord:
-        """The controller's record with its present adapted values.
+        """Return the controller's record with its present adapted values.
 
         Raises:
             ValueError: the kind does not adapt.
@@ -174,7 +174,7 @@ class Machine:
     ``axes`` names them in order; default: those of the design's ``plant.axes``, or a single one.
 
     Raises:
-        UserError: the limits are of axes by name, and nothing names all of the machine's.
+        UserError: the design has limits of single axes, but nothing names all axes.
     """
 
     def __init__(self, design: AnyDesign, axes: tuple[str, ...] = ()):
@@ -191,7 +191,7 @@ class Machine:
         self._memory: Memory = None
         self._fresh = True
         self._begin()
-        #: One controller for each axis if no axis reads another; a fault concerns one axis only.
+        #: Axis -> its controller, if no axis reads another one: a fault then stops only one axis.
         self._each: dict[str, Controller] = {}
         whole = self._controller
         inside = whole.inner if isinstance(whole, controller.RateLimited) else whole
@@ -206,8 +206,8 @@ class Machine:
     ) -> dict[str, float]:
         """Return the command of every axis by its name, for the axes' signals at this sample.
 
-        A faulty axis has the command NaN and the others their own; if the controller reads the
-        whole machine, all commands are NaN if one axis is faulty or ``path`` is not finite.
+        Only faulty axes have the command NaN. But if the controller reads the whole machine, all
+        commands are NaN as soon as one axis is faulty or ``path`` is not finite.
 
         Raises:
             KeyError: an axis, or a signal that the design reads, is missing; the exception is a
@@ -218,7 +218,7 @@ class Machine:
             axes = tuple(signals[axis] for axis in self.axes)
         except WRONG as error:
             raise what_is_wrong([signals], error, "axis") from None
-        if self._each:  # all are tried before any remembers: one signal may be missing
+        if self._each:  # no memory changes before all are computed: a signal may be missing
             pairs = zip(self._each.items(), axes, strict=True)
             tried = {axis: one._tried(axis_signals) for (axis, one), axis_signals in pairs}
             for axis, (command, memory, _) in tried.items():
@@ -252,7 +252,7 @@ class Machine:
             one.reset()
 
     def learned(self) -> Design:
-        """The design with its learned values, with separate axes if they differ.
+        """Return the design with its learned values; axes get their own controllers if they differ.
 
         Raises:
             UserError: the kind does not adapt.

@@ -1,6 +1,6 @@
 """Rules of a design that fire at a sample, and the components of the command, as numbers.
 
-All of them come from the runtime's own step; only shares of the firing are computed here.
+The numbers come from a step of ``runtime.Controller``, shares of rules are derived from them.
 """
 
 import math
@@ -22,9 +22,9 @@ TOO_LARGE = "too large, the result is not finite"
 
 
 def part(design: Design, axis: str) -> Design:
-    """Design of one axis; the design itself if ``axis`` is "" and all axes have the same one.
+    """Return the design of one axis; ``design`` itself if ``axis`` is "" and all axes share it.
 
-    For a controller with others inside it, the design of the inner controller.
+    If the controller wraps others, it is the design of the inner controller.
 
     Raises:
         UserError: the axis does not exist, or none is named and the axes differ.
@@ -38,17 +38,17 @@ def part(design: Design, axis: str) -> Design:
 
 
 def _inside(design: Design, axis: str) -> Design:
-    from hfc_design.files.loop_setup import axes_of  # with JAX
+    from hfc_design.files.loop_setup import axes_of  # starts JAX
 
     records = design.controller.inside(axes_of(design))
-    if "" in records:  # of all axes, with others inside
+    if "" in records:  # of all axes; it may wrap others
         return part(design.model_copy(update={"controller": records[""]}), axis)
     first, *others = records
     if axis not in records:
         if axis or any(records[other] != records[first] for other in others):
             raise _no_axis(design, axis, records)
         axis = first
-    # What limits a rate is limited where the command of the whole is known.
+    # The limit of the rate applies to the outer command, not to that of an inner controller.
     changes = {"controller": records[axis], "limits": design.limits.without_rate().of(axis)}
     axis_design = design.model_copy(update={"name": f"{design.name}-{axis}", **changes})
     axis_design._axis = axis
@@ -63,14 +63,14 @@ def _no_axis(design: Design, axis: str, known: Iterable[str]) -> UserError:
 
 
 def explained(design: Design, samples: Sequence[str], axis: str = "") -> dict[str, Any]:
-    """``explanation`` of a design on the drive that it was made for, for one ``axis`` of it.
+    """Return the ``explanation`` of a design, or of one ``axis``, on the drive that it is for.
 
-    For a controller around others it is that of the inner one; "inside" names the outer kind.
+    If the controller wraps others, the inner one is explained; "inside" names the outer kind.
 
     Raises:
-        UserError: as ``explanation``; or the axis does not exist.
+        UserError: as for ``explanation``; or the axis does not exist.
     """
-    from hfc_design.files.machine import PlantSettings  # with JAX
+    from hfc_design.files.machine import PlantSettings  # starts JAX
 
     read = part(design, axis)
     every = PlantSettings(**read.plant.model_dump()).each()
@@ -83,14 +83,14 @@ def explained(design: Design, samples: Sequence[str], axis: str = "") -> dict[st
 def explanation(
     design: Design, drive: Drive, parameters: Parameters, texts: Sequence[str]
 ) -> dict[str, Any]:
-    """Explanation of the last of the samples ``texts``, such as ``error=1e-4,deflection=2e-4``.
+    """Return an explanation of the last sample in ``texts``, as ``error=1e-4,deflection=2e-4``.
 
     The samples before it are stepped through first, from rest, as the runtime does. A single sample
     must also contain the readings of the previous sample that the controller uses
     (``previous_velocity=...``; for a feed drive ``previous_error=...`` or ``error_change=...``).
     Everything else is then as before the first sample: the integral starts at 0, terms and rules
-    that adapt are not judged, because the rules that fired before are not known, and no command is
-    delayed from the previous sample. The command is that for a ``drive`` with these ``parameters``.
+    do not adapt, because the rules that fired before are not known, and the rate of the command is
+    not limited. "accepted" is the command that reaches a ``drive`` with these ``parameters``.
 
     Raises:
         UserError: the design has no rules, or signals are missing, unknown or not numbers.
@@ -102,7 +102,7 @@ def explanation(
     alone = len(samples) == 1
     for sample in samples:
         _check(design, kind, sample, alone, names)
-    # Of a sample alone nobody knows what was commanded before it, nor which rules fired.
+    # Before a single sample, the command and the rules that fired are not known.
     changes = {"controller": record.without_adaptation(), "limits": design.limits.without_rate()}
     frozen = design.model_copy(update=changes) if alone else design
     controller = Controller(frozen)
@@ -141,7 +141,7 @@ def _at(text: str | None = None) -> str:
 
 
 def _own_names(kind: Explain, record: Any) -> dict[str, str]:
-    """Names in the file that a design was imported from -> signals; also each signal's own name."""
+    """Return name of a signal in the imported file -> signal, also with prefix ``previous_``."""
     now, before = kind.signals(record)
     taken = {*now, *before, *kind.changes}
     aliases = kind.names(record)
@@ -168,7 +168,7 @@ def _sample(text: str, names: Mapping[str, str]) -> Sample:
 def _check(
     design: Design, kind: Explain, sample: Sample, alone: bool, aliases: Mapping[str, str]
 ) -> None:
-    """Check that a sample contains exactly the readings that the controller needs."""
+    """Check that a sample has exactly the readings that are needed; UserError: it does not."""
     now, before = kind.signals(design.controller)
     others = {new: old for new, old in kind.changes.items() if old in before}
     names = [*now, *before, *others] if alone else now
@@ -197,7 +197,7 @@ def _check(
 
 
 def _memory(kind: Explain, sample: Sample) -> Sample:
-    """Readings of the previous sample, as far as ``sample`` contains them."""
+    """Return the readings of the previous sample that ``sample`` gives, directly or as changes."""
     before = (name for name in sample if name.startswith(PREVIOUS))
     readings = {name.removeprefix(PREVIOUS): sample[name] for name in before}
     for new, old in kind.changes.items():

@@ -1,6 +1,6 @@
 """Everything that a user can name, gathered from the code.
 
-Imports the whole package, and JAX with it; ``reference.entries`` reads the result without it.
+This imports the whole package with JAX; ``reference.entries`` reads the result without JAX.
 """
 
 import importlib
@@ -40,7 +40,7 @@ from hfc_design.search.strategy import Strategy
 from hfc_design.stability.margins import MEANT
 from plants import Drive, Machine, machine_of
 
-#: Signals of every drive that no format has to describe.
+#: Meanings of signals that every drive has, in addition to ``writing.MEANINGS``.
 COMMON = {
     "command": "output of the controller",
     "load": "force or torque against the drive, positive against forward motion",
@@ -48,7 +48,7 @@ COMMON = {
 
 
 def plant_entries(plant: Drive | Machine) -> Iterator[Entry]:
-    """Entries of a plant."""
+    """Yield the entries of a plant: itself, axes, parameters, signals and metrics."""
     machine = machine_of(plant)
     drives = dict.fromkeys(drive.name for drive in machine.drives)
     text = _docstring(getattr(machine.drives[0].step, "__module__", ""))
@@ -75,7 +75,7 @@ def plant_entries(plant: Drive | Machine) -> Iterator[Entry]:
 
 
 def _docstring(module: str) -> str:
-    """Docstring of a module; "" if the module is not loaded."""
+    """Return the docstring of a module; "" if the module is not loaded."""
     return inspect.getdoc(sys.modules[module]) or "" if module in sys.modules else ""
 
 
@@ -83,7 +83,7 @@ def _parameters(head: Entry, table: str, drive: Drive) -> Iterator[Entry]:
     comments = comments_of(drive.parameters)
     for name, value in drive.parameters()._asdict().items():
         comment, allowed = comments.get(name, Comment()), ""
-        with suppress(Exception):  # a user's own code says what is wrong with a value that none has
+        with suppress(Exception):  # a user's own ``fault`` may not take nan
             allowed = (drive.fault({name: nan}) or "").partition("must be ")[2]
         yield head._replace(
             part="parameter",
@@ -98,7 +98,7 @@ def _parameters(head: Entry, table: str, drive: Drive) -> Iterator[Entry]:
 
 
 def _metrics(machine: Machine) -> dict[str, str]:
-    """Metrics of a motion: of one axis, of two on a path in X-Y, of a program."""
+    """Return metric -> its comment, for a motion of one axis, in X-Y, or of a program."""
     drive = machine.drives[0]
     tables = {"": columns(machine, PROGRAM if len(machine.axes) > 1 else ALONE)}
     if len(machine.axes) == 1 and drive.millimetres is not None:
@@ -111,13 +111,13 @@ def _metrics(machine: Machine) -> dict[str, str]:
 
 
 def kind_entries(kind: type[ControllerRecord]) -> Iterator[Entry]:
-    """Entries of a kind of controller: what a search varies, and the keys in a design file."""
+    """Yield the entries of a kind of controller: settings of a search, keys of a design file."""
     sources = [source_in(text) for text in (_law_text(kind), kind.summary)]
-    source = max(sources, key=len)  # the one that has an equation too
+    source = max(sources, key=len)  # a source with an equation is longer
     head = Entry(reference.CONTROLLER, kind.name)
     yield head._replace(meaning=kind.summary, source=source)
     setting = head._replace(part="setting")
-    ranges = getattr(kind.settings, "own_ranges", None)  # where a search of a few gains looks
+    ranges = getattr(kind.settings, "own_ranges", None)  # of gains in a search
     gains = {} if ranges is None else comments_of(type(ranges))
     if kind.settings is not None:
         yield from fields_of(kind.settings, "controller.", setting, (ControllerRecord,))
@@ -132,21 +132,21 @@ def kind_entries(kind: type[ControllerRecord]) -> Iterator[Entry]:
             meaning=comment.meaning,
         )
     for entry in fields_of(kind.record, "controller.", head._replace(part="design")):
-        # The record of such a kind was made of its gains.
+        # A kind that consists of gains has comments at these, not at its record.
         gain = None if entry.meaning else gains.get(entry.key.rpartition(".")[2])
         yield entry if gain is None else entry._replace(meaning=gain.meaning, unit=gain.unit)
 
 
 def _law_text(kind: type[ControllerRecord]) -> str:
-    """Docstring of the module of a kind's control law."""
+    """Return the docstring of the module of a kind's control law; "" if there is none."""
     package = kind.record.__module__.removesuffix(".record")
     if not hasattr(sys.modules.get(package), "__path__") or find_spec(f"{package}.law") is None:
-        return ""  # a user's own
+        return ""  # a user's own kind
     return inspect.getdoc(importlib.import_module(f"{package}.law")) or ""
 
 
 def strategy_entries(strategy: Strategy) -> Iterator[Entry]:
-    """Entries of a search strategy."""
+    """Yield the entries of a search strategy."""
     text = first_line(_docstring(strategy.settings.__module__))
     head = Entry(reference.STRATEGY, strategy.name)
     yield head._replace(meaning=strategy.summary, source=source_in(text))
@@ -154,7 +154,7 @@ def strategy_entries(strategy: Strategy) -> Iterator[Entry]:
 
 
 def objective_entries(objective: Objective) -> Iterator[Entry]:
-    """Entries of an objective."""
+    """Yield the entries of an objective."""
     plain = objective.settings is ObjectiveSettings
     text = "" if plain else first_line(_docstring(objective.settings.__module__))
     head = Entry(reference.OBJECTIVE, objective.name)
@@ -164,7 +164,7 @@ def objective_entries(objective: Objective) -> Iterator[Entry]:
 
 
 def reference_entries(record: type[BaseModel], passed: tuple[type[Any], ...]) -> Iterator[Entry]:
-    """Entries of a kind of reference."""
+    """Yield the entries of a kind of reference; for ``passed`` see ``fields_of``."""
     head = Entry(reference.REFERENCE, str(record.model_fields["kind"].default))
     yield head._replace(meaning=first_line(inspect.getdoc(record) or ""))
     setting = head._replace(part="setting")
@@ -178,7 +178,7 @@ PLUGINS: dict[str, tuple[Group[Any], Callable[[Any], Iterator[Entry]]]] = {
     reference.STRATEGY: (STRATEGIES, strategy_entries),
     reference.OBJECTIVE: (OBJECTIVES, objective_entries),
 }
-#: Tables with the keys of [load].
+#: Tables with the same keys as [load], which get no entries of their own.
 AS_LOAD = "motions.N.load.", "load.axes.AXIS."
 #: Tables of a scenario whose keys depend on the kind that they name: the key with the name, its
 #: default, and the available kinds.
@@ -191,7 +191,7 @@ CHOSEN: dict[str, tuple[str, str, Group[Any] | None]] = {
 
 
 def collect() -> list[Entry]:
-    """Every entry of the built-in parts."""
+    """Return every entry: keys of files, and the built-in parts of every kind."""
     references = records_in(AnyReference)
     entries = [*_keys(references), *fields_of(Design, "", Entry(reference.DESIGN_KEY, ""))]
     for group, entries_of in PLUGINS.values():
@@ -219,7 +219,7 @@ def collect() -> list[Entry]:
 
 
 def live(kind: str, name: str) -> list[Entry]:
-    """Entries of one plug-in, built-in or a user's own: a known name, or ``module:OBJECT``.
+    """Return the entries of one plug-in; ``name`` is a known name, or ``module:OBJECT``.
 
     Raises:
         UserError: the plug-in does not exist.
@@ -233,13 +233,13 @@ def _built_in(group: Group[Any]) -> list[str]:
 
 
 def _keys(references: list[type[BaseModel]]) -> Iterator[Entry]:
-    """Entries of the keys of every scenario."""
+    """Yield the entries of the keys that every scenario may have."""
     for one in fields_of(Scenario, "", Entry(reference.KEY, ""), tuple(references)):
         table, _, rest = one.key.partition(".")
         if one.key.startswith(AS_LOAD):
             continue
         if table not in CHOSEN:
-            yield one._replace(required=one.required and one.key != "name")  # a file has a name
+            yield one._replace(required=one.required and one.key != "name")  # the file names it
         elif not rest:
             yield one
             key, default, group = CHOSEN[table]

@@ -1,4 +1,4 @@
-"""Meanings in the code: comments beside fields, with units in brackets, and docstrings.
+"""Meanings that are read from the code: comments at fields, with units, and docstrings.
 
 A comment stands behind a field, or in lines of ``#:`` before it::
 
@@ -27,7 +27,7 @@ class Comment(NamedTuple):
 
 
 def said(text: str) -> Comment:
-    """Parse a comment: the last brackets before its end or before a remark contain the unit."""
+    """Return a parsed comment; its unit is in the last brackets before its end, "," or ";"."""
     text = " ".join(text.split()).replace("``", "")
     brackets = [*UNIT.finditer(text)]
     if not brackets:
@@ -38,12 +38,12 @@ def said(text: str) -> Comment:
 
 
 def comments_of(record: type[Any]) -> dict[str, Comment]:
-    """Field -> comment of a record or a NamedTuple; a field without one inherits its base's."""
+    """Return field -> comment of a record or NamedTuple; comments of base classes are inherited."""
     comments: dict[str, Comment] = {}
     for base in reversed(record.__mro__):
         if base.__module__.partition(".")[0] not in ("builtins", "pydantic"):
             comments |= _in_source(base)
-    for name in getattr(record, "_fields", ()):  # of one that was made by a function
+    for name in getattr(record, "_fields", ()):  # a class that a function made has docstrings
         text = getattr(record, name).__doc__ or ""
         if not text.startswith(SAYS_NOTHING):
             comments.setdefault(name, said(text))
@@ -52,10 +52,10 @@ def comments_of(record: type[Any]) -> dict[str, Comment]:
 
 @cache
 def _in_source(record: type[Any]) -> dict[str, Comment]:
-    """Comments in the source text of the class itself."""
+    """Return field -> comment in the source text of the class itself."""
     try:
         text = dedent(inspect.getsource(record))
-    except (OSError, TypeError):  # built in, typed in, or made by a function
+    except (OSError, TypeError):  # built in, typed at a prompt, or made by a function
         return {}
     tokens = tokenize.generate_tokens(io.StringIO(text).readline)
     comments = {token.start[0]: token.string for token in tokens if token.type == tokenize.COMMENT}
@@ -74,7 +74,7 @@ def _in_source(record: type[Any]) -> dict[str, Comment]:
     return by_field
 
 
-#: Full references of papers by their citation keys.
+#: Citation key of a paper -> its authors and year.
 PAPERS = {
     "LL": "Lin & Lee 1999",
     "JK95": "Jee & Koren 1995",
@@ -90,17 +90,17 @@ _SOURCE = re.compile(rf"\b(?:{_CITED}|{_NAMED})(?:,? {_PLACE}(?:(?:-| to | and )
 
 
 def first_line(text: str) -> str:
-    """First sentence of a docstring."""
+    """Return the first paragraph of a docstring on one line, without backquotes and final dot."""
     return " ".join(text.partition("\n\n")[0].split()).replace("`", "").rstrip(".")
 
 
 def described(text: str) -> str:
-    """First sentence of a docstring without the citation in brackets."""
+    """Return the ``first_line`` of a docstring without the citation in brackets."""
     return re.sub(r" \([^()]*(cited as|\d{4})[^()]*\)", "", first_line(text))
 
 
 def source_in(text: str) -> str:
-    """Full reference of the paper that a text cites, with the equation if given; "" if none."""
+    """Return the paper that a text cites, with the equation if given; "" if it cites none."""
     text = re.sub(r"cited as (\w+), eq", r"\1 eq", " ".join(text.split()))
     sources = [re.sub(r"(?<=[\d)])[., ]+$", "", one[0]) for one in _SOURCE.finditer(text)]
     placed = [one for one in sources if re.search(_PLACE, one)]

@@ -32,10 +32,10 @@ BOUNDS = {
 def fields_of(
     record: type[BaseModel], prefix: str, head: Entry, passed: tuple[type[Any], ...] = ()
 ) -> Iterator[Entry]:
-    """An entry for each field of a record and of its nested records, by dotted keys.
+    """Yield an entry for each field of a record and of its nested records, with dotted keys.
 
-    ``head`` contains the values that all entries share. A field that selects a kind has no entry,
-    and neither has a record nested in itself.
+    ``prefix`` begins each key; ``head`` has the values that all entries share. Fields that select a
+    kind have no entry, nor have the fields of ``passed`` records and of a record within itself.
     """
     comments = comments_of(record)
     for name, field in record.model_fields.items():
@@ -43,9 +43,9 @@ def fields_of(
         named = "const" in schema or (head.part and prefix.count(".") == 1)
         if named and name in ("kind", "preset"):
             continue
-        # what stands in a table of its own has its defaults there
+        # the defaults of a table are those of its own keys
         kind = type_of(schema).replace("file or table", "file")
-        begins = isinstance(field.default, str)  # with a design of that name
+        begins = isinstance(field.default, str)  # the name of a design
         without = field.is_required() or (inside and kind.startswith("table") and not begins)
         comment, key = comments.get(name, Comment(field.description or "")), prefix + name
         yield head._replace(
@@ -66,7 +66,7 @@ def fields_of(
 
 
 def _placeholder(name: str, schema: Json) -> str:
-    """Placeholder in the key of a record inside a list or a table with arbitrary names."""
+    """Return the placeholder in keys of records in a list or a table of arbitrary names."""
     branches = _branches(schema)
     only = branches[0] if len(branches) == 1 else schema
     if only.get("type") == "array":
@@ -77,21 +77,21 @@ def _placeholder(name: str, schema: Json) -> str:
 
 
 def records_in(annotation: Any) -> list[type[BaseModel]]:
-    """Records of which a type is composed."""
+    """Return the record classes that a type annotation contains."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
     return [one for part in get_args(annotation) for one in records_in(part)]
 
 
 def plain(value: Any) -> Plain:
-    """Default value as a file represents it."""
+    """Return a default value as a file represents it."""
     if isinstance(value, BaseModel):
         return value.model_dump(mode="json", exclude_none=True)
     return [plain(one) for one in value] if isinstance(value, tuple | list) else value
 
 
 def _schema(field: Any) -> Json:
-    """JSON schema of a field, with all references resolved."""
+    """Return the JSON schema of a field, with references replaced."""
     annotation: Any = field.annotation
     if field.metadata:
         annotation = Annotated[(annotation, *field.metadata)]
@@ -100,7 +100,7 @@ def _schema(field: Any) -> Json:
 
 
 def _resolved(schema: Json, known: Json) -> Json:
-    """Schema with references resolved one level deep; keys beside a reference are kept."""
+    """Return a schema with references replaced, but not those inside what replaces them."""
     if "$ref" in schema:
         return known[schema["$ref"].rpartition("/")[2]]
     resolved = dict(schema)
@@ -120,13 +120,13 @@ def _branches(schema: Json) -> list[Json]:
 
 
 def _of_any_name(schema: Json) -> Json | None:
-    """Schema of the values of a table with arbitrary keys; None for a table with fixed keys."""
+    """Return the schema of values in a table of arbitrary keys; None if its keys are fixed."""
     values = [schema.get("additionalProperties"), *schema.get("patternProperties", {}).values()]
     return values[-1] if isinstance(values[-1], dict) else None
 
 
 def type_of(schema: Json) -> str:
-    """Type of a schema in words."""
+    """Return the type of a schema in words."""
     if branches := _branches(schema):
         return " or ".join(dict.fromkeys(type_of(one) for one in branches))
     if schema.get("format") == "path":
@@ -146,7 +146,7 @@ def _choices(schema: Json) -> list[Any]:
 
 
 def _plural(name: str) -> str:
-    """Plural of a type's name."""
+    """Return the plural of a type's name."""
     if name == TYPES["boolean"]:
         return name
     parts = (part.partition(" of ") for part in name.split(" or "))
@@ -154,7 +154,7 @@ def _plural(name: str) -> str:
 
 
 def allowed(schema: Json) -> str:
-    """Allowed values of a schema beside its type, in words."""
+    """Return in words which values of its type a schema allows; "": all."""
     if branches := _branches(schema):
         return "; ".join(filter(None, dict.fromkeys(map(allowed, branches))))
     if "enum" in schema or "const" in schema:

@@ -1,6 +1,6 @@
-"""Numbers of one individual, its structure kept, as coordinates; steps without derivatives.
+"""Coordinates: the numbers of one individual, whose structure stays, as a point to be moved.
 
-A distribution of all numbers (CMA-ES, ``distribution``) needs no derivative. A derivative says
+Steps of a distribution of points (CMA-ES, ``distribution``) need no derivative. A derivative says
 nothing about controllers that switch, and does not exist for machines of several axes.
 """
 
@@ -13,25 +13,25 @@ import numpy as np
 from hfc_design.controllers.genome import Genome, Members, Population
 from hfc_design.core.numbers import Floats
 
-#: First standard deviation: of what has bounds in shares of half their width, of logarithms else.
+#: First standard deviation of a coordinate; see ``_of_space`` for its unit.
 STEP = 0.02
-#: A number without bounds may become so many times larger or smaller (its logarithm).
+#: Largest change of the logarithm of a number without bounds, upwards and downwards.
 FAR = 4.0
-#: Width of the central difference that tells how gains follow coordinates.
+#: Step, to both sides, of the central difference that gives derivatives by the coordinates.
 WIDTH = 1e-5
 
 
 class Coordinates(NamedTuple):
-    """Numbers of an individual as coordinates; 0 is its initial value."""
+    """Numbers of an individual as coordinates; each is 0 for the initial individual."""
 
     size: int
     step: float  # first standard deviation of a distribution
-    members: Callable[[Floats], Members]  # points (n, size) -> individuals of its structure
-    room: tuple[Floats, Floats]  # (size,) each: from where to where a point may go
+    members: Callable[[Floats], Members]  # points (n, size) -> individuals of the same structure
+    room: tuple[Floats, Floats]  # lower and upper bounds of a point, (size,) each
 
 
 def coordinates(genome: Genome, about: Population) -> Coordinates | None:
-    """Coordinates of a population of one; None if its kind has none."""
+    """Return coordinates around a population of one; None if its kind of controller has none."""
     if hasattr(genome, "parts"):
         return _side_by_side(genome, about)
     if hasattr(genome, "space"):
@@ -50,7 +50,7 @@ def coordinates(genome: Genome, about: Population) -> Coordinates | None:
 
 
 def _side_by_side(genome: Any, about: Any) -> Coordinates | None:
-    """Coordinates of every part, one after the other, in the finest of their steps."""
+    """Return the coordinates of all parts in a row, scaled to the smallest step of the parts."""
     each = [coordinates(*pair) for pair in zip(genome.parts, about.parts, strict=True)]
     charts = [one for one in each if one is not None]
     if len(charts) < len(each):
@@ -72,7 +72,7 @@ def _side_by_side(genome: Any, about: Any) -> Coordinates | None:
 
 
 def _of_space(genome: Any, about: Population) -> Coordinates:
-    """Numbers with bounds in shares of half their width, others by their logarithm."""
+    """Return coordinates: bounded numbers in halves of their range, others as logarithms."""
     space = genome.space()
     start = space.vectors(about)[0]
     bounded = np.isfinite(space.low) & np.isfinite(space.high)
@@ -92,7 +92,7 @@ def _of_space(genome: Any, about: Population) -> Coordinates:
 
 
 def chain(genome: Genome, coordinates: Coordinates, point: Floats | float = 0.0) -> Floats:
-    """(gains, size) derivative of the gains' floating numbers by the coordinates at a point."""
+    """Return the derivative of all floating-point gains by the coordinates, (gains, size)."""
     each = WIDTH * np.eye(coordinates.size)
     moved = (coordinates.members(point + x) for x in (each, -each))
     ahead, behind = (_numbers(genome, members) for members in moved)
@@ -100,7 +100,7 @@ def chain(genome: Genome, coordinates: Coordinates, point: Floats | float = 0.0)
 
 
 def _numbers(genome: Genome, population: Population) -> Floats:
-    """(gains, n)."""
+    """Return all floating-point gains of the individuals, (gains, n)."""
     leaves = jax.tree.leaves(genome.gains(population))
     count = len(population.tree)
     return np.concatenate([x.reshape(-1, count) for x in leaves if x.dtype.kind == "f"])

@@ -2,7 +2,7 @@
 
 Hansen and Ostermeier, Evolutionary Computation 9(2), 2001, with the constants of Hansen, The CMA
 Evolution Strategy: A Tutorial, arXiv:1604.00772, 2016; with many numbers only the variances are
-adapted (Ros and Hansen, PPSN X, 2008). The ranking may be noisy: the mean is the result.
+adapted (Ros and Hansen, PPSN X, 2008). As scores may be noisy, the result is the mean.
 """
 
 from typing import NamedTuple
@@ -11,29 +11,29 @@ import numpy as np
 
 from hfc_design.core.numbers import Floats
 
-#: Numbers of which the whole covariance is adapted, at most.
+#: Largest number of coordinates for which the whole covariance matrix is adapted.
 WHOLE = 40
-#: How much more later means count in the average that reduces noise, which is about that of the
-#: last third (Shamir and Zhang, ICML 2013).
+#: How strongly the average of the means, which reduces noise, prefers later ones: with this value
+#: it is about the average of the last third (Shamir and Zhang, ICML 2013).
 LATER = 2.0
 #: Smallest variance of a direction, in shares of the largest, and the largest step.
 SMALLEST, LARGEST_STEP = 1e-16, 1e6
 
 
 class Distribution(NamedTuple):
-    """Distribution from which points are drawn, with its own step sizes."""
+    """Normal distribution from which points are drawn, and the data by which it adapts."""
 
     mean: Floats  # (size,)
-    step: Floats  # (1,) factor on all
-    covariance: Floats  # (size, size), or (size, 1): variances
-    path: Floats  # (size,) of the mean
-    steady_path: Floats  # (size,) of the mean, as if the covariance were one
-    age: Floats  # (1,) generations
-    average: Floats  # (size,) of the means, the later ones the more
+    step: Floats  # (1,) factor on all standard deviations
+    covariance: Floats  # (size, size); or (size, 1), then only variances
+    path: Floats  # (size,) decaying sum of the moves of the mean
+    steady_path: Floats  # (size,) the same of moves scaled to a covariance of one
+    age: Floats  # (1,) number of generations that have been learned
+    average: Floats  # (size,) average of the means, in which later ones count more
 
 
 class Constants(NamedTuple):
-    """Learning rates, for a number of samples and a size."""
+    """Constants of the method for a number of samples and a number of coordinates."""
 
     weights: Floats  # (kept,) of the best samples
     mass: float  # effective number of samples
@@ -46,7 +46,7 @@ class Constants(NamedTuple):
 
 
 def begun(mean: Floats, step: float) -> Distribution:
-    """Distribution before anything was learned; ``mean`` is (size,)."""
+    """Return a distribution around ``mean`` (size,) before anything was learned."""
     size = len(mean)
     covariance = np.eye(size) if size <= WHOLE else np.ones((size, 1))
     one = np.ones(1)
@@ -55,7 +55,7 @@ def begun(mean: Floats, step: float) -> Distribution:
 
 
 def constants(samples: int, size: int) -> Constants:
-    """Defaults of the tutorial, table 1, with only the positive weights."""
+    """Return the defaults of the tutorial's table 1, with only the positive weights."""
     parents = samples // 2
     weights = np.log(parents + 0.5) - np.log(np.arange(1, parents + 1))
     weights = weights / weights.sum()
@@ -75,14 +75,14 @@ def constants(samples: int, size: int) -> Constants:
 
 
 def drawn(distribution: Distribution, samples: int, rng: np.random.Generator) -> Floats:
-    """(samples, size) points drawn from the distribution."""
+    """Return points drawn from the distribution, (samples, size)."""
     normal = rng.standard_normal((samples, len(distribution.mean)))
     turn, root = _axes(distribution.covariance)
     return distribution.mean + distribution.step * ((normal * root) @ turn.T)
 
 
 def learnt(distribution: Distribution, points: Floats, score: Floats) -> Distribution:
-    """The distribution after ``points`` (samples, size) have been scored, the larger the better."""
+    """Return the distribution adapted to ``points`` (samples, size); a larger score is better."""
     mean, step, covariance, path, steady, age, average = distribution
     size = len(mean)
     c = constants(len(points), size)
@@ -112,7 +112,7 @@ def learnt(distribution: Distribution, points: Floats, score: Floats) -> Distrib
 
 
 def _axes(covariance: Floats) -> tuple[Floats, Floats]:
-    """Directions (size, size) and standard deviations (size,) along them."""
+    """Return directions (size, size) and standard deviations along these directions (size,)."""
     if covariance.shape[1] == 1:
         variances, turn = covariance[:, 0], np.eye(len(covariance))
     else:

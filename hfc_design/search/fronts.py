@@ -1,4 +1,4 @@
-"""Non-dominated sorting and crowding: the designs of many than which no other is better.
+"""Non-dominated sorting and crowding: ranking of designs by several costs at once.
 
 Deb, Pratap, Agarwal and Meyarivan, IEEE Trans. Evolutionary Computation 6(2), 2002: section III A
 and B, and constrained domination of section VI. Lower costs are better.
@@ -8,14 +8,14 @@ import numpy as np
 
 from hfc_design.core.numbers import SAME, Floats, Indices, Integers, Mask
 
-#: Individuals that are compared with all others at once; a row of truths for each.
+#: Number of points that are compared with all others at once, which limits the memory.
 BLOCK = 256
 
 
 def dominated(costs: Floats, by: Floats) -> Mask:
-    """(n,) whether any of ``by`` (k, m) is nowhere worse than one of ``costs`` (n, m), and better.
+    """Return True for each point of ``costs`` (n, m) that a point of ``by`` (k, m) dominates, (n,).
 
-    Equal points do not dominate one another.
+    A point dominates another if none of its costs is higher, and at least one is lower.
     """
     is_dominated = np.zeros(len(costs), bool)
     for start in range(0, len(costs), BLOCK):
@@ -26,10 +26,10 @@ def dominated(costs: Floats, by: Floats) -> Mask:
 
 
 def front_numbers(costs: Floats, violation: Floats) -> Integers:
-    """(n,) 0 for points that none dominates, 1 for points dominated only by these, and so on.
+    """Return front numbers, (n,): 0 if no point dominates, 1 if only points with 0 do, and so on.
 
-    A point that breaks no constraint (``violation`` 0) comes before all that do, and among these
-    the one that breaks less; an infinite violation is a failed loop.
+    Points that violate a constraint (``violation`` above 0; infinite: the loop failed) come after
+    all others, the smallest violation first.
     """
     numbers = np.zeros(len(costs), np.int64)
     left, number = np.flatnonzero(violation == 0.0), 0
@@ -43,10 +43,10 @@ def front_numbers(costs: Floats, violation: Floats) -> Integers:
 
 
 def crowding(costs: Floats) -> Floats:
-    """(n,) distance between the neighbours of each point on one front, infinite at its ends.
+    """Return the distance between the neighbours of each point of a front, (n,).
 
-    It is the sum over the costs, each as a share of the front's width; of equal points all but the
-    first have 0.
+    The distance is summed over the costs, each as a share of the front's width. It is infinite for
+    the ends of the front. Of several equal points, all but the first have 0.
     """
     distances = np.zeros(len(costs))
     _, first = np.unique(costs, axis=0, return_index=True)
@@ -66,7 +66,7 @@ def crowding(costs: Floats) -> Floats:
 
 
 def best_first(costs: Floats, violation: Floats) -> Indices:
-    """(n,) order of preference: by front, within a front the less crowded first."""
+    """Return the indices of points in order, (n,): by front, in a front the less crowded first."""
     front, apart = front_numbers(costs, violation), np.zeros(len(costs))
     for number in np.unique(front):
         members = front == number
@@ -75,7 +75,7 @@ def best_first(costs: Floats, violation: Floats) -> Indices:
 
 
 def spread_out(costs: Floats, most: int) -> Indices:
-    """At most ``most`` points of a front, in their order; the least important go one by one."""
+    """Return the indices of up to ``most`` points; the least important are removed one by one."""
     survivors = np.arange(len(costs))
     while len(survivors) > most:
         survivors = np.delete(survivors, int(np.argmin(share(costs[survivors]))))
@@ -83,12 +83,12 @@ def spread_out(costs: Floats, most: int) -> Indices:
 
 
 def share(costs: Floats) -> Floats:
-    """(n,) importance of each point of a front, infinite for the best in each cost.
+    """Return the importance of each point of a front, (n,); infinite for the best in each cost.
 
-    With two costs it is the area that the point alone dominates: the loss of hypervolume without it
-    (Beume, Naujoks and Emmerich, European J. Operational Research 181, 2007). With three this takes
-    too long, and it is the product of the distances to its three neighbours (Kukkonen and Deb, PPSN
-    IX, 2006).
+    With two costs, it is the area that only this point dominates (its share of the hypervolume:
+    Beume, Naujoks and Emmerich, European J. Operational Research 181, 2007). With three costs, this
+    takes too long; then it is the product of the distances to the three nearest points (Kukkonen
+    and Deb, PPSN IX, 2006).
     """
     points = scaled(costs)
     if points.shape[1] == 2:
@@ -105,17 +105,17 @@ def share(costs: Floats) -> Floats:
 
 
 def knee(costs: Floats) -> int:
-    """Point of a front (n, m) that bends most: a little less of one cost takes much of another.
+    """Return the index of the knee of a front (n, m), where the front bends most.
 
-    It is the farthest below the line, or plane, through the ends of the front, each cost scaled
-    from 0 at its best to 1 at its worst (Das, Structural Optimization 18, 1999). If several points
-    bend equally, as on a straight front, it is the first.
+    The knee is the point farthest below the line (or plane) through the ends of the front, with
+    each cost scaled from 0 (best) to 1 (worst) (Das, Structural Optimization 18, 1999). If several
+    points are equally far, as on a straight front, it is the first of them.
     """
     total = scaled(costs).sum(axis=1)
     return int(np.argmax(total <= total.min() + SAME))
 
 
 def scaled(costs: Floats) -> Floats:
-    """(n, m) each cost from 0 at its best to 1 at its worst on the front, 0 if all are equal."""
+    """Return costs (n, m) scaled from 0 (best of the front) to 1 (worst); 0 if all are equal."""
     low, high = costs.min(axis=0), costs.max(axis=0)
     return np.asarray((costs - low) / np.where(high > low, high - low, 1.0))

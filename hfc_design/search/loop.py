@@ -25,7 +25,7 @@ from hfc_design.search.strategy import (
 
 
 def _fault(strategy: Strategy) -> str | None:
-    """Line on what a strategy lacks; None if no fault is visible at once."""
+    """Return a line on what a strategy lacks; None if nothing is visibly missing."""
     fields = getattr(strategy.state, "_fields", ())
     return None if fields else "state must be a NamedTuple class"
 
@@ -40,10 +40,10 @@ SearchSettings = Annotated[
 
 
 def searcher(settings: StrategySettings, task: Task) -> Searcher:
-    """Strategy with these ``settings``, at work on a task.
+    """Return a searcher: the strategy that ``settings`` name, at work on a task.
 
     Raises:
-        UserError: it is a user's own and lacks something.
+        UserError: the strategy is a user's own and has an error.
     """
     strategy = STRATEGIES.get(settings.preset)
     with own_code(" cannot search: make", ("strategy", strategy.name)):
@@ -54,20 +54,20 @@ def searcher(settings: StrategySettings, task: Task) -> Searcher:
 
 
 def _called(strategy: Strategy, part: str, function: Callable[..., Any], *given: Any) -> Any:
-    """Result of a user's own function; its mistakes become a line."""
+    """Return the result of a strategy's function; errors of a user's own become a UserError."""
     with own_code(f" cannot search: {part}", ("strategy", strategy.name)):
         output = function(*given)
         if part in ("start", "ask"):
-            _ = output[1].population  # which is scored
+            _ = output[1].population  # has to exist
         elif part == "tell" and not isinstance(output, strategy.state):
             raise TypeError(f"tell must return a {strategy.state.__name__}")
         return output
 
 
-#: Scores by which the population of a generation is ranked, not finite where an individual failed;
-#: with costs for a strategy that trades, on its ``machines`` if it names some. If the candidates
-#: have ``needed`` scores, a score below it is only known to be below; ``broken``, if they have it,
-#: is the known violation of each.
+#: (population, generation, ...) -> a score for each individual, not finite if it failed; also costs
+#: for a strategy that searches a front. More arguments, if the candidates have such fields, are:
+#: ``machines`` to simulate on; ``needed``, below which a score need not be exact; and ``broken``,
+#: the violations that are known without a simulation.
 Evaluate = Callable[..., Floats | Scored | Weighed]
 
 
@@ -86,7 +86,7 @@ class History(NamedTuple):
     #: stopped early counts with the score that it could still have reached.
     median: Floats
     diverged: Integers  # individuals that failed
-    structures: Integers  # distinct trees in the generation, or that compete one after the other
+    structures: Integers  # distinct trees in the generation, or that take turns (cma)
 
 
 class Search(NamedTuple):
@@ -106,10 +106,10 @@ def generations(
     evaluate: Evaluate,
     search: Search | None = None,
 ) -> Iterator[Search]:
-    """Run to ``total`` generations from the start or from ``search``; yields after each.
+    """Search up to ``total`` generations, from the start or from ``search``; yield after each.
 
-    The random numbers of a generation depend only on the seed and its number, so that a continued
-    search has the same bits as an uninterrupted one.
+    The random numbers of a generation depend only on the seed and the number of the generation, so
+    that a continued search has the same bits as an uninterrupted one.
     """
     if search is None:
         untried = Archive(genome.empty(), np.full(genome.structures, -np.inf))
@@ -146,7 +146,7 @@ def generations(
 
 
 def fault(search: Search, empty: Population, settings: StrategySettings) -> str | None:
-    """Mistake in a search read from a file, as a line; ``empty``: a population of that form."""
+    """Return an error in a search from a file, or None; ``empty`` has one individual per tree."""
     generation, state, archive, history = search
     if not 1 <= generation <= settings.generations:
         return f"{generation} generations of {settings.generations}"
@@ -165,9 +165,9 @@ def fault(search: Search, empty: Population, settings: StrategySettings) -> str 
 
 
 def _possible(scored: State, empty: Population) -> bool:
-    """Whether individuals have all their numbers and structures that exist; finite if scored.
+    """Return True if structures exist, arrays are complete, and those with a score are finite.
 
-    ``scored`` has a ``population``, and others may stand beside it.
+    ``scored`` is a record with a ``population``; of its other populations, only trees are checked.
     """
     population, count = scored.population, scored.population.tree.shape
     alive = np.isfinite(getattr(scored, "score", np.full(count, -np.inf)))
@@ -184,7 +184,7 @@ def _possible(scored: State, empty: Population) -> bool:
 
 
 def _archived(archive: Archive, population: Population, score: Floats) -> Archive:
-    """The best of every tree in the archive and in this generation."""
+    """Return the best individual of every tree, from the archive or from this generation."""
     both = joined(archive.population, population)
     scores = np.concatenate([archive.score, score])
     order = np.lexsort((-scores, both.tree))  # stable: on a tie the older one stays

@@ -1,7 +1,7 @@
-"""Several small distributions side by side, each restarted when it has converged: CMA-ES.
+"""CMA-ES with several small distributions at once, each restarted when it has converged.
 
-It is for few numbers and many local optima (Auger and Hansen, CEC 2005): islands that begin at the
-best of many first points climb one hill each, and all of them are scored as one population.
+It suits few numbers and many local optima (Auger and Hansen, CEC 2005). The distributions, called
+islands, begin at the best of many first points; their samples are scored as one population.
 """
 
 from collections.abc import Callable
@@ -13,14 +13,14 @@ import numpy as np
 from hfc_design.core.numbers import Floats
 from hfc_design.search.distribution import Distribution, begun, drawn, learnt
 
-#: Islands at most and at least, and points of each in a round.
+#: Largest and smallest number of islands, and points of each island in a round.
 ISLANDS, LEAST, SAMPLES = 8, 2, 16
-#: Each island is given so many rounds, which determines the number of islands: few evaluations are
-#: not enough for many islands, and in the end only the best ones continue.
+#: Number of rounds that the remaining evaluations should allow for each island. It determines the
+#: number of islands, which decreases: in the end only the best islands continue.
 ROUNDS = 60
-#: First standard deviation, and that of an island which begins anew about the best of all.
+#: First standard deviation of an island, and of the mean of a restarted one around the best point.
 STEP, ANEW = 0.4, 1.0
-#: An island that has not gained this share within so many rounds has come to rest.
+#: An island whose best score has not risen by this share within so many rounds is restarted.
 GAIN, PATIENCE = 1e-3, 12
 
 
@@ -28,15 +28,15 @@ class Tried(NamedTuple):
     """All points that were scored."""
 
     points: Floats  # (n, size)
-    score: Floats  # (n,) -inf where one failed
+    score: Floats  # (n,) -inf where a point failed
 
 
 def multistart(
     first: Floats, evaluate: Callable[[Floats], Floats], evaluations: int, rng: np.random.Generator
 ) -> Tried:
-    """Search with so many ``evaluations``, including those of the points ``first`` (n, size).
+    """Search with up to ``evaluations`` points, ``first`` (n, size) included; return all of them.
 
-    ``evaluate`` returns the score (n,) of points (n, size), -inf for one that failed.
+    ``evaluate`` returns the scores (n,) of points (n, size), -inf for a point that failed.
     """
     tried = Tried(first, evaluate(first))
     order = np.argsort(-tried.score, kind="stable")
@@ -67,7 +67,7 @@ def multistart(
 
 
 def room(evaluations: int, rounds: int = ROUNDS, least: int = LEAST) -> int:
-    """Number of islands for which so many evaluations are enough."""
+    """Return the number of islands, ``least`` or more, for which the evaluations are enough."""
     return int(np.clip(evaluations // (rounds * SAMPLES), least, ISLANDS))
 
 
@@ -75,11 +75,11 @@ class Island(NamedTuple):
     """A distribution, and the round of its last notable improvement."""
 
     distribution: Distribution
-    gained: int  # round
+    gained: int  # number of this round
     best: float = -np.inf
 
     def after(self, distribution: Distribution, best: float, number: int) -> "Island":
-        """The island after a round."""
+        """Return the island after round ``number``, in which its best sample scored ``best``."""
         if best > self.best + GAIN * abs(self.best) or not np.isfinite(self.best):
             return Island(distribution, number, best)
         return self._replace(distribution=distribution)

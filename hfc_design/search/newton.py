@@ -20,25 +20,25 @@ class Linear(NamedTuple):
     """A closed loop linearised about one individual."""
 
     error: Floats  # (steps,) tracking error [rad]
-    jacobian: Floats  # (steps, chosen) its derivative
-    chosen: Integers | None = None  # (chosen,) the parameters by which it is; None: by all
+    jacobian: Floats  # (steps, chosen) derivative of the error by the parameters
+    chosen: Integers | None = None  # (chosen,) indices of these parameters; None: all
 
 
 TINY = float(np.finfo(np.float64).tiny)
 
 #: Shares of the motion that are linearised. A loop that still oscillates drifts in phase, which
-#: makes late errors look more sensitive than they are; its beginning alone gives better steps.
+#: makes late errors look more sensitive than they are; the first part alone gives better steps.
 HORIZONS = (0.1, 0.3, 1.0)
 #: Shares of a whole step that are tried.
 LENGTHS = (1.0, 0.3)
-#: Errors below this share of the largest one weigh no more [1].
+#: Errors below this share of the largest one get no larger weight [1].
 SMALLEST_ERROR = 1e-6
 
 
 def individuals(
     genome: Any, best: AnyPopulation, linear: Linear, damping: float, count: int
 ) -> tuple[AnyPopulation, Floats]:
-    """``count`` individuals around a single one, and the damping of each."""
+    """Return ``count`` proposals around the individual ``best``, and the damping of each."""
     space: Space = genome.space()
     points = np.repeat(space.vectors(best), count, axis=0)
     chosen = np.arange(points.shape[1]) if linear.chosen is None else linear.chosen
@@ -51,9 +51,9 @@ def individuals(
 def some_numbers(
     genome: Any, best: AnyPopulation, count: int, rng: np.random.Generator
 ) -> Integers:
-    """(count,) randomly drawn numbers of an individual that may move, or all if there are no more.
+    """Return indices of up to ``count`` random numbers of an individual that may change.
 
-    A step with fewer numbers costs correspondingly less, and the next step has others. Numbers at
+    A step with few numbers costs little, and the next step changes other numbers. Numbers at
     an end of their range are left out: a step that relies on a clipped number is useless.
     """
     space: Space = genome.space()
@@ -63,7 +63,7 @@ def some_numbers(
 
 
 def proposals(point: Floats, linear: Linear, damping: float, count: int) -> tuple[Floats, Floats]:
-    """``count`` points (count, chosen) around ``point`` (chosen,) and the damping of each.
+    """Return points (count, chosen) around ``point`` (chosen,), and the damping of each (count,).
 
     Dampings span three decades to either side of ``damping``.
     """
@@ -74,12 +74,12 @@ def proposals(point: Floats, linear: Linear, damping: float, count: int) -> tupl
     rows = np.round(np.array((0.0, *HORIZONS)) * len(weight)).astype(int)
     parameters = linear.jacobian.shape[1]
     normal, slope = np.zeros((parameters, parameters)), np.zeros(parameters)
-    nothing = np.zeros(parameters, bool)  # is held
+    nothing = np.zeros(parameters, bool)  # is frozen
     points = []
-    # Matrices of this size gain little from a second thread and lose all of it, thirty times
-    # over, where another program wants the core.
+    # For matrices of this size, a second thread gains little; if another program needs the core,
+    # it makes the computation up to thirty times slower.
     with threadpool_limits(1, user_api="blas"):
-        for start, stop in pairwise(rows):  # every horizon adds to the sums of the one before
+        for start, stop in pairwise(rows):  # each horizon extends the previous sums
             block, weights = linear.jacobian[start:stop], weight[start:stop]
             normal = normal + block.T @ (block * weights[:, None])
             slope = slope + block.T @ (weights * linear.error[start:stop])
@@ -89,7 +89,7 @@ def proposals(point: Floats, linear: Linear, damping: float, count: int) -> tupl
 
 
 def damped(normal: Floats, slope: Floats, frozen: Mask, dampings: Floats) -> Floats:
-    """(dampings, parameters) step for each damping, with Marquardt's scaling."""
+    """Return steps (dampings, parameters) with Marquardt's scaling; 0 for frozen parameters."""
     diagonal = np.diag(normal)
     size = np.sqrt(diagonal + 1e-12 * diagonal.max() + TINY)
     free = ~frozen / size

@@ -20,7 +20,7 @@ class Judged(NamedTuple):
 
 
 class Front(NamedTuple):
-    """Tried individuals that none dominates and that keep every constraint."""
+    """Individuals that meet every constraint and that no other tried individual dominates."""
 
     population: Population
     score: Floats  # (n,)
@@ -32,7 +32,7 @@ Each = TypeVar("Each", Judged, Front)
 
 
 def chosen(judged: Each, places: Indices) -> Each:
-    """Individuals at some places."""
+    """Return the individuals with the indices ``places``."""
     return type(judged)(taken(judged[0], places), *(leaf[places] for leaf in judged[1:]))
 
 
@@ -43,9 +43,9 @@ def both(one: Each, other: Each) -> Each:
 
 
 def best_first(judged: Judged, kinds: Floats | None = None) -> Indices:
-    """Order of preference; with ``kinds`` (n,) the best of each kind, then the next of each.
+    """Return the indices in order; with ``kinds`` (n,): the best of each kind, the second, ...
 
-    Otherwise a kind that is worse for a long time would be lost before it becomes good.
+    Without ``kinds``, a kind that is worse for a long time is lost before it becomes good.
     """
     if kinds is None:
         return fronts.best_first(judged.costs, judged.violation)
@@ -58,10 +58,10 @@ def best_first(judged: Judged, kinds: Floats | None = None) -> Indices:
 
 
 def insert(front: Front, children: Judged, most: int) -> Front:
-    """Front after adding the good ones of the children, at most so many."""
+    """Return the front with the children that belong to it, reduced to ``most`` individuals."""
     new = chosen(children, np.flatnonzero(children.violation == 0.0))
     merged = both(front, Front(new.population, new.score, new.costs, new.step))
     survivors = np.flatnonzero(~fronts.dominated(merged.costs, merged.costs))
-    # Of equal ones the oldest stays.
+    # Of individuals with equal costs the oldest stays.
     survivors = survivors[np.sort(np.unique(merged.costs[survivors], axis=0, return_index=True)[1])]
     return chosen(merged, survivors[fronts.spread_out(merged.costs[survivors], most)])

@@ -1,8 +1,8 @@
-"""Last steps of a search: improve the rank of one individual, its structure kept.
+"""Last steps of a search: improve the rank of one individual, whose structure stays.
 
-A step proposes many individuals at once, by Gauss-Newton at many dampings or, if these do not help,
-from a distribution that moves towards good samples; the simulator decides. A proposal is accepted
-only if it is better in the complete ranking, so that a polish never ends worse than it began.
+A step proposes many individuals at once, by Gauss-Newton with many dampings or, if these fail, from
+a distribution that moves towards good samples; the simulator decides. A proposal is accepted only
+if it is better in the complete ranking, so that a polish never ends worse than it began.
 """
 
 from collections.abc import Callable, Iterator
@@ -18,25 +18,25 @@ from hfc_design.search.coordinates import Coordinates, chain, coordinates
 from hfc_design.search.distribution import Distribution, begun, drawn, learnt
 from hfc_design.search.newton import damped
 
-#: Shares of a whole Gauss-Newton step that are tried. Reweighted least squares majorise the sum
-#: of magnitudes, so that their whole step is too short.
+#: Lengths that are tried, as multiples of a whole Gauss-Newton step. Reweighted least squares are
+#: an upper bound of the sum of magnitudes, so that a whole step is too short.
 LENGTHS = (4.0, 2.0, 1.0)
-#: Share of the numbers that half of the proposals leave as they are: kinks then stop only some.
+#: Share of the numbers that half of the proposals leave unchanged: a kink then stops only some.
 LEFT_OUT = 0.5
-#: Dampings stand so many decades to either side of the last good one.
+#: Dampings range over so many decades to either side of the last successful one.
 DECADES = 3.0
-#: Damping of the first step, factor after a failed one, and where to give derivatives up.
+#: First damping, its factor after a failed step, and the damping above which steps become blind.
 FIRST_DAMPING, FAILURE, HOPELESS = 1.0, 3.0, 1e4
-#: Steps without derivatives before these are tried again.
+#: Number of blind steps (without derivatives) before derivatives are tried again.
 BLIND = 10
-#: What the random numbers of a polish begin with, unlike those of any generation.
+#: Part of the seed of a polish; larger than the number of any generation.
 POLISH = 2**31
 
 
 class Quadratic(NamedTuple):
     """Normal equations of a weighted least squares problem in the numbers of the gains."""
 
-    normal: Floats  # (some, gains, gains), as some ways to weigh see them
+    normal: Floats  # (ways, gains, gains), a matrix for each way to weigh the residuals
     slope: Floats  # (gains,) half the derivative of the weighted sum of squares
 
 
@@ -44,27 +44,27 @@ class Polishable(NamedTuple):
     """Interface of a problem that can be polished."""
 
     genome: Genome
-    #: (n, 1 or more) numbers by which individuals are ranked, larger is better; -inf: it failed.
+    #: individuals -> (n, 1 or more) numbers that rank them, larger is better; -inf: it failed.
     worth: Callable[[Population], Floats]
-    #: (individuals, random numbers) -> (n,) an estimate of this on fewer machines, which can be
-    #: compared within one call only.
+    #: (individuals, random generator) -> (n,) estimates of ``worth`` on fewer machines; only those
+    #: of the same call can be compared.
     screened: Callable[[Population, np.random.Generator], Floats]
-    #: Normal equations about a population of one; returns None where they are not finite. None if
-    #: the machine has no such derivatives.
+    #: (population of one, random generator) -> normal equations; the result is None if they are not
+    #: finite. None if the machine has no such derivatives.
     quadratic: Callable[[Population, np.random.Generator], Quadratic | None] | None = None
-    proposed: int = 127  # individuals of a step
-    judged: int = 4  # of these, whose worth is looked at
+    proposed: int = 127  # number of individuals that a step proposes
+    judged: int = 4  # number of these whose ``worth`` is computed
 
 
 class Polished(NamedTuple):
     """State of a polish, which is also the content of its checkpoint."""
 
     step: int  # steps done
-    population: Population  # (1,) the best
-    worth: Floats  # (1, 1 or more) its own
-    first: Floats  # (1, 1 or more) of what it began with
+    population: Population  # (1,) the best so far
+    worth: Floats  # (1, 1 or more) worth of the best so far
+    first: Floats  # (1, 1 or more) worth of the individual with which the polish began
     damping: float  # of the next Gauss-Newton step
-    blind: int  # steps without derivatives that are left
+    blind: int  # remaining blind steps (without derivatives); 0: derivatives are tried
     about: Population  # (1,) where the coordinates of the distribution are 0
     distribution: Distribution
 
@@ -74,7 +74,7 @@ def polish(
 ) -> Iterator[Polished]:
     """Polish a population of one, from the start or from ``done``; yields after each step.
 
-    The random numbers of a step depend only on the seed and its number.
+    The random numbers of a step depend only on the seed and the number of the step.
     """
     if done is None:
         done = _begun(task, individual)
@@ -98,14 +98,14 @@ def _begun(task: Polishable, individual: Population) -> Polished:
 
 def _coordinates(task: Polishable, about: Population) -> Coordinates:
     chart = coordinates(task.genome, about)
-    assert chart is not None  # else nobody may ask for a polish
+    assert chart is not None  # ``check_polish`` has refused others
     return chart
 
 
 def _newton(
     task: Polishable, done: Polished, derived: Quadratic, rng: np.random.Generator
 ) -> Polished:
-    """Damped steps; what would leave its bounds at once stays, so that the others slide along."""
+    """Take a Gauss-Newton step; coordinates at a bound that they would leave are held fixed."""
     here = _coordinates(task, done.population)
     slope = chain(task.genome, here)
     normal = np.stack([slope.T @ one @ slope for one in derived.normal])
@@ -124,9 +124,9 @@ def _newton(
 def proposals(
     quadratic: Quadratic, frozen: Mask, damping: float, count: int, rng: np.random.Generator
 ) -> tuple[Floats, Floats]:
-    """``count`` points (count, parameters) about 0 and the damping of each, (count,).
+    """Return points (count, parameters) around 0, and the damping of each (count,).
 
-    Half of them leave ``LEFT_OUT`` of the parameters as they are.
+    Half of the points leave a share ``LEFT_OUT`` of the parameters unchanged.
     """
     rounds = 2 * len(quadratic.normal) * len(LENGTHS)
     each = -(-count // rounds)
@@ -140,7 +140,7 @@ def proposals(
 
 
 def _begun_blind(task: Polishable, done: Polished) -> Polished:
-    """A new distribution about the present individual, for when steps bring no improvement."""
+    """Begin blind steps, with a new distribution around the present individual."""
     one = done.population
     chart = _coordinates(task, one)
     fresh = begun(np.zeros(chart.size), chart.step)
@@ -148,14 +148,14 @@ def _begun_blind(task: Polishable, done: Polished) -> Polished:
 
 
 def _blind(task: Polishable, done: Polished, rng: np.random.Generator) -> Polished:
-    """A generation of the distribution; its mean is proposed too."""
+    """Take a blind step, which proposes samples of the distribution and its mean."""
     points = drawn(done.distribution, task.proposed - 1, rng)
     points = np.concatenate([points, done.distribution.mean[None]])
     members = _coordinates(task, done.about).members(points)
     screened = _screened(task, done, members, rng)
     after = _taken(task, done, members, screened)[1]
     distribution = learnt(done.distribution, points[:-1], screened[1:-1])
-    # Without derivatives there is nothing else to try.
+    # If there are no derivatives at all, every step is blind.
     left = done.blind - 1 if task.quadratic is not None else done.blind
     return after._replace(distribution=distribution, blind=left)
 
@@ -163,14 +163,14 @@ def _blind(task: Polishable, done: Polished, rng: np.random.Generator) -> Polish
 def _screened(
     task: Polishable, done: Polished, members: Population, rng: np.random.Generator
 ) -> Floats:
-    """(1 + n,) screening values of the present individual and of the others."""
+    """Return screening values (1 + n,) of the present individual and of ``members``."""
     return task.screened(joined(done.population, members), rng)
 
 
 def _taken(
     task: Polishable, done: Polished, members: Population, screened: Floats
 ) -> tuple[int | None, Polished]:
-    """Accept the best of some individuals if it is better than the present one; also its place."""
+    """Return the index of a member that is better than the present one, or None; and the state."""
     order: Integers = np.argsort(-screened[1:], kind="stable")[: task.judged]
     order = order[screened[1:][order] > screened[0]]
     if not len(order):

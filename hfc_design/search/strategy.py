@@ -30,44 +30,44 @@ class Task(NamedTuple):
     """Task of a strategy: the genome to search, and functions that help."""
 
     genome: Genome
-    #: The tracking error near one individual and its derivative with respect to all of its numbers,
-    #: or to those named in a second argument; returns None where they are not finite. None if the
-    #: genome or the machine has no such derivative.
+    #: (individual, indices of numbers; default: all) -> the tracking error near the individual, and
+    #: the derivative of the error by these numbers; the result is None if they are not finite. None
+    #: if the genome or the machine has no such derivative.
     linearised: Callable[..., Linear | None] | None = None
-    #: (individuals, share) -> numbers of the machines on which the individuals violate constraints
-    #: most, with the nominal one, without those on which less than this share of the individuals
-    #: passes. None if there is only one machine. A strategy may ask for ``machines``: if it trades,
-    #: candidates are simulated on these only, otherwise a part of the machines is taken from them.
+    #: (individuals, share) -> indices of the nominal machine and of those on which the individuals
+    #: violate constraints most; machines on which less than ``share`` of them passes are left out.
+    #: None if there is only one machine. Candidates may name ``machines``: those of a front are
+    #: simulated on these only; for other candidates, a part of the machines is taken from them.
     hardest: Callable[[Population, float], Integers] | None = None
     #: (trees, generator) -> first individuals on these trees that use knowledge of the machine;
     #: None, or a result of None, if there is no such knowledge.
     informed: Callable[[Integers, np.random.Generator], Population | None] | None = None
-    #: (n,) by how much individuals break what is known without a simulation; None: nothing is.
+    #: individuals -> (n,) violations that are known without a simulation; None: none are known.
     broken: Callable[[Population], Floats] | None = None
-    #: (n,) what they are worth in the first generation; None with ``broken``.
+    #: individuals -> (n,) their ranks in the first generation; None if ``broken`` is None.
     worth: Callable[[Population], Floats] | None = None
 
 
 class Scored(NamedTuple):
-    """Results of candidates for a strategy that searches a front, instead of a score alone."""
+    """Results of candidates for a strategy that searches a front: costs beside the score."""
 
-    score: Floats  # (n,) what they are ranked by elsewhere; -inf of one that failed
-    costs: Floats  # (n, objectives) the less, the better; means nothing where one failed
-    violation: Floats  # (n,) 0: every constraint is kept; else by how much, infinite: it failed
+    score: Floats  # (n,) rank outside the strategy; -inf if a candidate failed
+    costs: Floats  # (n, objectives) lower is better; undefined if a candidate failed
+    violation: Floats  # (n,) 0: every constraint is met; infinite: the candidate failed
 
 
 class Weighed(NamedTuple):
-    """Results for a strategy that compares only within a generation, and the values to show.
+    """Results for a strategy that compares candidates only within a generation.
 
-    It may prefer a candidate with more merit that breaks a little more.
+    Its ``fitness`` may prefer a candidate with more merit to one with a smaller violation.
     """
 
-    score: Floats  # (n,) what they are ranked by elsewhere; no finite number where one failed
-    fitness: Floats | Scored
+    score: Floats  # (n,) rank outside the strategy; not finite if a candidate failed
+    fitness: Floats | Scored  # what the strategy gets
 
 
-#: Data of a strategy: its state, and its candidates, a record with a ``population`` and everything
-#: that ``tell`` needs about it.
+#: Data of a strategy: its state, and its candidates (a record with a ``population`` and all else
+#: that ``tell`` needs).
 State: TypeAlias = Any
 Asked: TypeAlias = Any
 
@@ -76,15 +76,15 @@ class Searcher(Protocol):
     """A strategy at work: pure functions of its state and of a random generator."""
 
     def start(self, rng: np.random.Generator) -> tuple[State, Asked]:
-        """State before the first generation, and its candidates."""
+        """Return the state before the first generation, and the candidates of that generation."""
 
     def ask(self, state: State, generation: int, rng: np.random.Generator) -> tuple[State, Asked]:
-        """State and candidates of a later generation."""
+        """Return state and candidates of a later generation."""
 
     def tell(self, state: State, candidates: Asked, score: Any) -> State:
-        """State after the candidates have been scored; -inf is the score of one that failed.
+        """Return the state after the candidates were scored; a failed one has the score -inf.
 
-        A strategy that searches a front gets ``Scored``, others their scores (n,).
+        A strategy that searches a front gets ``Scored``, every other strategy scores (n,).
         """
 
 
@@ -93,21 +93,21 @@ class Strategy(NamedTuple):
 
     name: str  # the ``preset`` of a scenario
     settings: type[StrategySettings]
-    #: NamedTuple of arrays, numbers and such records, as ``tell`` returns it. ``population`` in it
-    #: holds individuals; if ``score`` is beside it, the best of them are finalists.
+    #: Type of the state: a NamedTuple of arrays, numbers and such NamedTuples. If it has the fields
+    #: ``population`` and ``score``, the best of these individuals become finalists.
     state: type[Any]
-    make: Callable[[Any, Task], Searcher]  # of settings and task
+    make: Callable[[Any, Task], Searcher]  # (settings, task) -> strategy at work
     summary: str = ""  # for hfc list strategies
-    #: Why it cannot search, in a line: of its settings and of the ``[controller]``.
+    #: (settings, ``[controller]``) -> line on why the strategy cannot search this; None: it can.
     fault: Callable[[Any, Any], str | None] = lambda settings, controller: None
-    #: Whether a state from a file, whose arrays and numbers are of their types, can be one that
-    #: ``tell`` gave with these settings.
+    #: (settings, state) -> True if ``tell`` can return such a state with these settings. The state
+    #: comes from a file; its arrays and numbers have the right types.
     sound: Callable[[Any, Any], bool] = lambda settings, state: True
-    #: settings -> number of first generations whose scores are compared within a generation only;
-    #: each of them can have other machines.
+    #: settings -> number of generations, from the first on, whose scores are compared only within
+    #: the generation; each of these generations can use other machines.
     forgets: Callable[[Any], int] = lambda settings: 0
-    #: settings -> names of the objectives that it trades off; None: it ranks by a score. If it
-    #: trades, the state has a ``front``, a record with a ``population`` and its ``score``.
+    #: settings -> names of the objectives of a front; None: the strategy ranks by a score. With a
+    #: front, the state has a field ``front``, a record with a ``population`` and its ``score``.
     trades: Callable[[Any], tuple[str, ...]] | None = None
 
     def __repr__(self) -> str:

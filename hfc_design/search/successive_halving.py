@@ -9,7 +9,7 @@ SHORT = 0.25
 
 
 def heats(trees: int) -> list[int]:
-    """Number of islands in each heat: all trees, then half of them, down to one."""
+    """Return the number of islands in each heat: all trees, then half of them, down to one."""
     sizes = [trees]
     while sizes[-1] > 1:
         sizes.append(-(-sizes[-1] // 2))
@@ -17,9 +17,9 @@ def heats(trees: int) -> list[int]:
 
 
 def room(trees: int, stepping: int, share: float) -> int:
-    """Number of islands at a ``share`` of the race, ``stepping`` of which make Gauss-Newton steps.
+    """Return the number of islands when a ``share`` of the race is over.
 
-    Heats with more islands are short.
+    Heats with more than ``stepping`` islands have no Gauss-Newton steps and are short.
     """
     sizes = heats(trees)
     lengths = np.array([SHORT if size > stepping else 1.0 for size in sizes])
@@ -29,5 +29,5 @@ def room(trees: int, stepping: int, share: float) -> int:
 
 
 def shares(count: int, islands: int) -> Integers:
-    """``count`` places dealt to the islands as evenly as possible, island by island."""
+    """Return the island of each of ``count`` individuals, (count,), ascending and balanced."""
     return np.sort(np.arange(count) % islands)

@@ -34,11 +34,11 @@ from plants import in_a_name
 
 #: How an answer begins, the best first.
 YES, ON_THIS_MODEL, NO = "yes", "on this model only", "no"
-#: A design whose machines are not all right in this share at least is not called usable.
+#: Least share of the unseen machines that must pass for a yes.
 ENOUGH = 0.99
-#: Behind an answer of a scenario that asks for no stress.
+#: Text behind the answer for a scenario that has no stress tests.
 UNTRIED = "not tested under stress, add [robust] or [stress] for that"
-#: What motions that never rest may not show.
+#: Text on an unstable loop of the nominal machine, which motions may not show.
 UNSTABLE = "the loop is unstable at rest or at speed (see hfc stability)"
 
 #: Change of the merit by rounding, or by finer time steps, from which on it needs advice.
@@ -54,16 +54,16 @@ class MotionResult(NamedTuple):
 
     name: str
     good: Mask  # (machines,) stable, and within every constraint
-    reasons: dict[str, int]  # why some are not -> how many
+    reasons: dict[str, int]  # reason not to pass -> number of machines
     measured: dict[str, Floats]  # metric -> (machines,)
-    nominal: dict[str, float]
-    nominal_reasons: tuple[str, ...]  # none of a nominal machine that passes
+    nominal: dict[str, float]  # metric -> value on the nominal machine
+    nominal_reasons: tuple[str, ...]  # why the nominal machine does not pass; empty: it passes
     bounds: dict[str, tuple[float, Floats]]  # constraint -> allowed, and (machines + 1,) measured
-    tolerances: dict[str, tuple[float, Floats]]  # the same of the targets
-    everywhere: bool = True  # whether it is asked of all machines, and not of the nominal one alone
+    tolerances: dict[str, tuple[float, Floats]]  # target -> its value, and (machines + 1,) measured
+    everywhere: bool = True  # whether it is required of all machines, not only of the nominal one
 
     def numbers(self) -> Json:
-        """Return plain data; None where there is no number."""
+        """Return the results for JSON; None where there is no number."""
         each = self.measured.items()
         bounds, tolerances = (
             {name: {"allowed": most, **_numbers(x[0], x[1:])} for name, (most, x) in limits.items()}
@@ -91,9 +91,9 @@ class Stressed(NamedTuple):
     """Result of one stress on some machines, in all motions."""
 
     name: str  # in words, with its whole size
-    holds: bool
-    share: float  # of the machines that hold without it
-    merit: float  # of the median machine, times that without it; 0: it fails
+    holds: bool  # whether the design withstands it
+    share: float  # stable under it, of the machines that are stable without it
+    merit: float  # of the median machine, divided by that without stress; 0: the design fails
     #: Smallest size tried at which the design fails, as a share of the whole size and in words, and
     #: how it fails. Not used if the design withstands the stress.
     part: float = 1.0
@@ -102,7 +102,7 @@ class Stressed(NamedTuple):
     held: str = ""  # the largest smaller size that was tried, in words
 
     def numbers(self) -> Json:
-        """Return plain data."""
+        """Return all fields for JSON."""
         return storable(self._asdict())
 
 
@@ -116,13 +116,13 @@ class Usable(NamedTuple):
         tuple[float, float] | None
     )  # factors on the command between which the nominal machine passes
     precision: float  # change of the merit from float32 to float64, as a share
-    substeps: float | None  # the same to four times the substeps; None: not allowed
+    substeps: float | None  # change with four times the substeps, as a share; None: not allowed
     units: dict[str, str]  # of the metrics
     margins: LoopMargins | None  # None: the loop cannot be linearised
     repeats: Repeats  # of the merit of the nominal machine, in float64
     stress: tuple[Stressed, ...] = ()  # what was tried beside the scenario's machines
-    why_not: Json | None = None  # of no: what would give a yes
-    required_margins: Mapping[str, float] = NOTHING  # what the margins have to be
+    why_not: Json | None = None  # for the answer no: what would give a yes
+    required_margins: Mapping[str, float] = NOTHING  # limits of the margins in ``[constraints]``
 
     def __repr__(self) -> str:
         return line("Usable", self._summary())
@@ -155,19 +155,19 @@ class Usable(NamedTuple):
 
     @property
     def yes(self) -> bool:
-        """Whether the answer is yes also on a machine that differs a little from the model."""
+        """Whether the answer is yes: all conditions are met, those under stress too."""
         return self.verdict == YES
 
     @property
     def verdict(self) -> str:
-        """Whether the nominal machine passes every motion, nearly all others do, and stress too."""
+        """The answer: ``YES``, ``ON_THIS_MODEL`` (a stress makes the design fail), or ``NO``."""
         if self.short or self._nominal or self.good.mean() < ENOUGH:
             return NO
         return YES if all(one.holds for one in self.stress) else ON_THIS_MODEL
 
     @property
     def loop_stable(self) -> bool | None:
-        """Whether the loop of the nominal machine is stable where it is slowest and fastest."""
+        """Whether the nominal loop is stable at the lowest and highest speed; None: unknown."""
         return self.margins and self.margins.stable
 
     @property
@@ -221,7 +221,7 @@ class Usable(NamedTuple):
         return tables(self.numbers())
 
     def numbers(self) -> Json:
-        """Return everything as plain data; None where there is no number."""
+        """Return all results for JSON; None where there is no number."""
         low, high = self.interval
         return {
             "usable": self.yes,
@@ -249,14 +249,14 @@ class Usable(NamedTuple):
 
 
 def merit_text(numbers: Json) -> str:
-    """Range of the merit if it is chaotic, from ``Usable.numbers``; otherwise empty."""
+    """Return a sentence on the merit, from ``Usable.numbers``, if it is chaotic; otherwise ""."""
     return chaos_text("merit", numbers["repeats"]) if numbers.get("chaotic") else ""
 
 
 def numerics_text(numbers: Json) -> str:
-    """What to do if rounding or time steps change the merit much; "" if neither does.
+    """Return advice if rounding or time steps change the merit much; otherwise "".
 
-    ``numbers`` are those of ``Usable.numbers``. Neither helps a chaotic design.
+    ``numbers`` are those of ``Usable.numbers``. For a chaotic design there is no such advice.
     """
     advice = {
         "precision": "with --precision float64",
@@ -269,7 +269,7 @@ def numerics_text(numbers: Json) -> str:
 
 
 def gain_text(gain: tuple[float, float]) -> str:
-    """Factors on the command between which a machine passes; none was tried beyond the ends."""
+    """Return a text on the factors on the command between which a machine passes."""
     low, high = (f"{factor:.3g}" for factor in gain)
     low = f"at most {low}" if gain[0] <= SMALLEST_TRIED * (1.0 + 1e-9) else low
     high = f"at least {high}" if gain[1] >= LARGEST_TRIED * (1.0 - 1e-9) else high
@@ -277,7 +277,7 @@ def gain_text(gain: tuple[float, float]) -> str:
 
 
 def missed(motions: Json) -> Json:
-    """Metrics beyond their target: ``times`` the target, and the ``motion`` where it is most.
+    """Return metrics beyond their target: ``times`` the target in the ``motion`` where it is most.
 
     ``motions`` are those of ``Usable.numbers``. The metrics are those of the median machine, or of
     the nominal machine in a motion that is required of it alone.
@@ -286,14 +286,14 @@ def missed(motions: Json) -> Json:
     for motion, one in motions.items():
         which = "nominal" if one["asked_of"] == "nominal" else "median"
         for name, row in one["tolerances"].items():
-            times = (row[which] or 0.0) / row["allowed"]  # None: nothing finite, which is no yes
+            times = (row[which] or 0.0) / row["allowed"]  # None: no finite value, the answer is no
             if times > misses.get(name, {"times": 1.0 + SAME_SINGLE})["times"]:
                 misses[name] = {"times": times, "motion": motion}
     return misses
 
 
 def missed_text(misses: Json, motions: int = 2) -> str:
-    """The missed metrics as a line, "" if there are none; a single motion is not named."""
+    """Return a line on the missed metrics, "" if there are none; a single motion is not named."""
     targets = [
         f"{name} {three_digits(one['times'])}" + (f" ({one['motion']})" if motions > 1 else "")
         for name, one in misses.items()
@@ -307,7 +307,7 @@ def missed_text(misses: Json, motions: int = 2) -> str:
 def measured_loop(
     design: Design, scenario: Scenario, later: float | None = None
 ) -> tuple[Loop, Gains]:
-    """Loop and gains of a design, with all metrics of usability (``later``: ``closed_loop``)."""
+    """Return a design's loop (see ``closed_loop``) and gains, with the metrics of ``_measured``."""
     controller, gains = controller_of(design, scenario)
     loop = closed_loop(scenario, controller, later)
     measures = _once(_measured(scenario))
@@ -315,14 +315,14 @@ def measured_loop(
 
 
 def _measured(scenario: Scenario) -> list[list[Constraint]]:
-    """Targets, constraints, reported metrics and ``STABILITY``."""
+    """Return targets, constraints, reported metrics and ``STABILITY``, a list each."""
     bounds = list(constraints_on(scenario.constraints, scenario.units))
     free = ([Constraint(one, np.inf) for one in some] for some in (_reported(scenario), STABILITY))
     return [_tolerances(scenario), bounds, *free]
 
 
 def _once(groups: list[list[Constraint]]) -> dict[str, Metric]:
-    """Each metric once, by its name, in the order of the values: ``STABILITY`` comes last.
+    """Return each metric once, by its name, in the order of the values: ``STABILITY`` comes last.
 
     So a bound on a metric that is measured anyway needs no compiled program of its own.
     """
@@ -331,7 +331,7 @@ def _once(groups: list[list[Constraint]]) -> dict[str, Metric]:
 
 
 def _values(scenario: Scenario, judged: Judged) -> list[dict[str, tuple[Constraint, Floats]]]:
-    """For each part of ``_measured``: name -> bound, and (individuals, motions) values."""
+    """Return for each list of ``_measured``: name -> bound, and values (individuals, motions)."""
     values, groups = np.asarray(judged.values), _measured(scenario)
     names = _once(groups)
     columns = dict(zip(names, np.moveaxis(values[..., -len(names) :], -1, 0), strict=True))
@@ -340,7 +340,7 @@ def _values(scenario: Scenario, judged: Judged) -> list[dict[str, tuple[Constrai
 
 
 def units(scenario: Scenario) -> dict[str, str]:
-    """Unit in which each metric is shown."""
+    """Return the unit in which each reported metric is shown, by the name of the metric."""
     return {one.name: _unit(one, scenario) for one in _reported(scenario)}
 
 
@@ -354,7 +354,7 @@ def _unit(one: Metric, scenario: Scenario) -> str:
 
 
 def broken_by(scenario: Scenario, judged: Judged) -> dict[str, Mask]:
-    """Reason not to pass -> (individuals, motions) where it applies; the nominal one is first."""
+    """Return: reason not to pass -> (machines, motions) where it applies, the nominal one first."""
     failed = np.asarray(judged.failed)
     violations = instabilities(np.asarray(judged.values), failed, scenario.each_motion())
     for name, (bound, values) in bounds_of(scenario, judged).items():
@@ -363,12 +363,12 @@ def broken_by(scenario: Scenario, judged: Judged) -> dict[str, Mask]:
 
 
 def bounds_of(scenario: Scenario, judged: Judged) -> dict[str, tuple[Constraint, Floats]]:
-    """Name of each constraint -> the constraint, and its (individuals, motions) measured values."""
+    """Return: name of a constraint -> the constraint, and measured values (machines, motions)."""
     return _values(scenario, judged)[1]
 
 
 def _tolerances(scenario: Scenario) -> list[Constraint]:
-    """Single metrics with a target in the scenario's fitness; none with another fitness."""
+    """Return the metrics with a target in the fitness; none if the fitness has no targets."""
     fitness = scenario.fitness.on(scenario.units)
     if not isinstance(fitness, TolerancesSettings):
         return []
@@ -376,7 +376,7 @@ def _tolerances(scenario: Scenario) -> list[Constraint]:
 
 
 def tolerated_metrics(scenario: Scenario) -> dict[str, tuple[Metric, str]]:
-    """Metrics with a target in the scenario's fitness, and meanings, by keys of metrics."""
+    """Return the metrics with a target in the fitness, with meanings, by the keys of tables."""
     metrics = {}
     for one, _ in _tolerances(scenario):
         unit = " ".join(scenario.units.signals.get(word, word) for word in one.unit.split(" "))
@@ -386,7 +386,7 @@ def tolerated_metrics(scenario: Scenario) -> dict[str, tuple[Metric, str]]:
 
 
 def motion_result(scenario: Scenario, judged: Judged, k: int, motion: Scenario) -> MotionResult:
-    """Results of the machines in motion ``k``; the first that was judged is the nominal one."""
+    """Return the results of machines in motion ``k``; in ``judged`` the nominal one is first."""
     reasons = {why: mask[:, k] for why, mask in broken_by(scenario, judged).items()}
     tolerances, bounds, measures, last = (
         {name: (constraint.most, values[:, k]) for name, (constraint, values) in part.items()}

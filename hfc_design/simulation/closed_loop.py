@@ -1,11 +1,11 @@
 """One control sample of the closed loop of one machine, in scalars.
 
-Sensors, controller, drives, objectives. ``population`` runs it over the samples, for many::
+Sensors, controller, drives and objectives act in turn. ``stepping`` runs this for a population::
 
     machine = start(loop, fixed, zero, samples.start)
-    watch = watching(loop, zero, machine)
-    after = moved(loop, told, fixed, sample_time, gains, machine, row)  # once a sample
-    watch, recorded = watched(loop, fixed, sample_time, machine, after.commands, watch, row)
+    watch = first_monitor(loop, zero, machine)
+    after = next_state(loop, nominal, fixed, sample_time, gains, machine, row)  # once a sample
+    watch, recorded = monitored(loop, fixed, sample_time, machine, after.commands, watch, row)
     judged = loop.judge.judged(watch.sums, positions(loop, after.states))
 """
 
@@ -43,31 +43,31 @@ from plants.around import Sampled, Standing, sampled, surrounded
 
 
 class Loop(NamedTuple):
-    """The closed loop. Its floats are inputs of a compiled program; everything else is the key.
+    """The closed loop: its floats are inputs of a compiled program, the rest selects the program.
 
-    One program therefore serves all values of these floats. The key includes which fields are None,
-    and all names and counts.
+    One program therefore serves all values of the floats. A change of a name, of a count, or of
+    which fields are None selects another program.
     """
 
     machine: Machine
     controller: Controller
     judge: Judge
     substeps: int
-    limits: tuple[float | None, ...]  # of the drives' commands
+    limits: tuple[float | None, ...]  # largest command of each drive; None: unlimited
     sensors: tuple[Sensors | None, ...]  # of each axis, None where ideal
     resolutions: tuple[float | None, ...]  # of the drives' converters, None where ideal
-    around: tuple[Sampled, ...] = ()  # what stands around each drive, where something does
+    around: tuple[Sampled, ...] = ()  # effects around each drive; empty: none can be simulated
 
     @property
     def doubled(self) -> bool:
-        """Whether a copy of the machine, which began a little off, runs beside it."""
+        """Whether a copy of the machine, with slightly shifted initial positions, is simulated."""
         return any(one.doubled for one in self.judge.measured)
 
     def coefficients(self, parameters: Sequence[Parameters]) -> tuple[Parameters, ...]:
-        """Coefficients for a step, computed from the parameters of each axis.
+        """Return the coefficients for a step, computed from the parameters of each axis.
 
-        Where the parameters say nothing of what is around the drives, the loop's own values are
-        used.
+        For parameters without effects around the drive (not ``Standing``) the effects are those of
+        the loop.
         """
         axis_parameters = tuple(parameters)
         if self.around:
@@ -79,14 +79,14 @@ class Loop(NamedTuple):
 
     @property
     def apart(self) -> tuple[Code, tuple[float, ...]]:
-        """Its code and its numbers, without texts for people."""
+        """Code and numbers of the loop, see ``separate``; texts such as titles are left out."""
         return separate(self._replace(judge=self.judge.wordless))
 
     @property
     def smooth(self) -> "Loop":
         """The loop for differentiation: without the steps of encoders and converters.
 
-        The slope of these steps would be 0. Only the objectives are measured.
+        The slope of these steps would be 0. Metrics other than the objectives are not computed.
         """
         sensors = tuple(
             axis_sensors and without_steps(axis_sensors) for axis_sensors in self.sensors
@@ -97,10 +97,10 @@ class Loop(NamedTuple):
 
 
 def closed_loop(scenario: Scenario, controller: Controller, later: float | None = None) -> Loop:
-    """Build the loop of ``scenario`` with ``controller`` in it.
+    """Return the loop of ``scenario`` with ``controller`` in it.
 
-    With a number of samples as ``later``, the drives can be surrounded by modes and gaps, and their
-    commands delayed by up to that many more samples.
+    If ``later`` is a number of samples, the loop can have all effects around the drives (modes and
+    gaps, for example), with delays that are up to ``later`` longer than in the scenario.
     """
     machine, simulation = scenario.machine, scenario.simulation
     every = simulation.sample_time_s
@@ -124,7 +124,7 @@ def closed_loop(scenario: Scenario, controller: Controller, later: float | None 
     )
 
 
-#: How long an axis has to stand until it sticks [s]: the trembling of a noisy command is shorter.
+#: Time over which a velocity is averaged to see whether an axis sticks or only trembles [s].
 STANDING = 0.01
 
 
@@ -132,24 +132,24 @@ class LoopState(NamedTuple):
     """State of a machine and its controller that is carried from sample to sample."""
 
     states: tuple[State, ...]  # of each drive
-    angles: tuple[Angles, ...]  # that its encoders read, or its observers had, before
-    rates: tuple[Rates, ...]  # that its observers had
+    angles: tuple[Angles, ...]  # earlier readings of encoders, or estimates of observers, by axis
+    rates: tuple[Rates, ...]  # velocities that the observers estimated, by axis
     memory: Memory  # of the controller
     commands: tuple[Scalar, ...]  # of the previous sample
 
 
 class Monitor(NamedTuple):
-    """Sums and values that observers of the machine carry from sample to sample."""
+    """Sums and means of a machine's motion that are carried from sample to sample."""
 
-    means: tuple[Scalar, ...]  # of the velocities, over the last ``STANDING``
+    means: tuple[Scalar, ...]  # of the velocities, over about the last ``STANDING``
     sums: tuple[Sums, ...]  # of the objectives
-    off: tuple[Scalar, ...] = ()  # of each axis, by how much a copy of the machine began off
+    off: tuple[Scalar, ...] = ()  # initial position of the copy less the machine's, of each axis
 
 
 class Recorded(NamedTuple):
-    """One axis at the start of a sample; of whole motions, leaves are (steps, individuals).
+    """Values of one axis at the start of a sample; leaves (steps, individuals) in a whole motion.
 
-    The command is the one given to the drive in that sample.
+    The command is the one that the drive gets in that sample.
     """
 
     error: Scalar
@@ -165,10 +165,10 @@ def start(
     started: tuple[State, ...],
     gains: Gains | None = None,
 ) -> LoopState:
-    """State of a machine before the first sample, at ``started``, with initial controllers.
+    """Return the state before the first sample, of a machine at ``started`` and its controller.
 
-    Its encoders read as if it had always stood there. Without ``gains`` the controllers have no
-    memory.
+    Earlier readings of the encoders are those at ``started``. With ``gains`` the initial memory of
+    the controller may depend on them.
     """
     blank = loop.machine.initial_state(zero)
     states = tuple(
@@ -202,7 +202,7 @@ def start(
 def first_monitor(
     loop: Loop, zero: Scalar, machine: LoopState, copy: LoopState | None = None
 ) -> Monitor:
-    """Monitor of a machine before the first sample, and of a ``copy`` that began off it."""
+    """Return the monitor before the first sample; a ``copy`` begins at shifted positions."""
     pairs = zip(loop.machine.drives, machine.states, strict=True)
     means = tuple(getattr(state, drive.velocity) for drive, state in pairs)
     watch = Monitor(means, loop.judge.initial(zero))
@@ -213,7 +213,7 @@ def first_monitor(
 
 
 def positions(loop: Loop, states: tuple[State, ...]) -> list[Scalar]:
-    """Position of each axis."""
+    """Return the position of each axis."""
     pairs = zip(loop.machine.drives, states, strict=True)
     return [getattr(state, drive.position) for drive, state in pairs]
 
@@ -227,11 +227,11 @@ def next_state(
     before: LoopState,
     row: Samples,
 ) -> LoopState:
-    """Run one control sample of one machine: measure, control, hold the commands, move.
+    """Return the state after one control sample: measure, control, convert the commands, move.
 
     ``nominal`` are the parameters that the control assumes, ``fixed`` the ``coefficients`` of the
-    true ones, ``row`` one column of the samples, with loads and noise as tuples of scalars.
-    ``sample_time`` [s] is separate from it.
+    true parameters, ``row`` one column of the samples, with loads and noise as tuples of scalars.
+    ``sample_time`` [s] is not taken from ``row``.
     """
     machine, axes = loop.machine, range(len(loop.machine.drives))
     each = (_sensed(loop, k, fixed[k], before, row.axes[k], sample_time) for k in axes)
@@ -248,7 +248,7 @@ def next_state(
 
 
 def _in_precision(before: LoopState, after: LoopState) -> LoopState:
-    """State ``after``, at most as precise as ``before``: arrays of a user's law may be more so."""
+    """Return ``after`` in the precision of ``before``: a user's law may return float64 arrays."""
 
     def rounded(old: Any, new: Any) -> Any:
         kinds = getattr(old, "dtype", None), getattr(new, "dtype", None)
@@ -257,7 +257,7 @@ def _in_precision(before: LoopState, after: LoopState) -> LoopState:
 
     try:
         cast_state: LoopState = jax.tree.map(rounded, before, after)
-    except ValueError:  # it remembers other things: that is told where it is found
+    except ValueError:  # the memory has another structure, which is reported later
         return after
     return cast_state
 
@@ -272,9 +272,9 @@ def monitored(
     row: Samples,
     copy: tuple[State, ...] = (),
 ) -> tuple[Monitor, tuple[Recorded, ...]]:
-    """Update the monitor with a sample that the machine began as ``before``, with its ``commands``.
+    """Return the monitor after a sample that began in ``before``, and the record of each axis.
 
-    ``copy`` are the states of a copy of the machine that began a little off.
+    ``commands`` are those of the sample; ``copy`` has the states of the copy, if there is one.
     """
     moments, outputs = [], []
     happening = row._replace(sample_time=sample_time)
@@ -293,7 +293,7 @@ def monitored(
 def _sensed(
     loop: Loop, k: int, fixed: Parameters, before: LoopState, row: AxisSamples, sample_time: Scalar
 ) -> tuple[State, dict[str, Scalar], Angles, Rates]:
-    """State and signals of axis ``k`` as the controller sees them; angles and rates to carry on."""
+    """Return measured state and signals of axis ``k``; angles and rates for the next sample."""
     drive, sensors = loop.machine.drives[k], loop.sensors[k]
     if loop.around:
         row = row._replace(noise=tuple(fixed.around.noise * x for x in row.noise))
@@ -313,7 +313,7 @@ def _moment(
     before: Scalar,
     row: Samples,
 ) -> Moment:
-    """Inputs of the objectives from axis ``k``; ``before`` is the mean of its velocity."""
+    """Return the inputs of objectives from axis ``k``; ``before`` is its mean velocity so far."""
     drive, happens = loop.machine.drives[k], row.axes[k]
     position, limit = getattr(state, drive.position), loop.limits[k]
     rate = happens.reference_rate
@@ -340,11 +340,11 @@ def _moment(
 
 
 def _apart(loop: Loop, k: int, moment: Moment, mine: State, theirs: State, off: Scalar) -> Moment:
-    """The moment with how far the copy of axis ``k`` is from it, at each of its encoders."""
+    """Return the moment with distance and rate of the copy of axis ``k``, as shares of ``off``."""
     drive = loop.machine.drives[k]
     places = {drive.position: drive.velocity, **drive.encoders}
     apart, rate = 0.0, 0.0
-    for share, (place, velocity) in enumerate(places.items(), 1):  # unlike: see ``unsettled``
+    for share, (place, velocity) in enumerate(places.items(), 1):  # unequal: see ``unsettled``
         apart = apart + (getattr(theirs, place) - getattr(mine, place)) / (share * off)
         rate = rate + (getattr(theirs, velocity) - getattr(mine, velocity)) / (share * off)
     return moment._replace(apart=apart, apart_rate=rate)
@@ -353,7 +353,7 @@ def _apart(loop: Loop, k: int, moment: Moment, mine: State, theirs: State, off: 
 def axis_signals(
     drive: Drive, fixed: Parameters, seen: State, row: AxisSamples
 ) -> dict[str, Scalar]:
-    """Signals of an axis for the controller."""
+    """Return the signals of an axis for the controller, from its state as measured (``seen``)."""
     position, velocity = drive.seen
     return {
         **drive.signals(fixed, seen),
@@ -366,7 +366,7 @@ def axis_signals(
 
 
 def _path_view(loop: Loop, seen: tuple[State, ...], row: Samples) -> PathView | None:
-    """The path and the contour error as the control measures it."""
+    """Return the path, with the contour error at the measured positions; None without a path."""
     path = row.path
     if path is None:
         return None

@@ -35,30 +35,30 @@ from hfc_design.simulation.monte_carlo import Robustness, check_draw, robustness
 from hfc_design.simulation.repeats import chaos_text
 from hfc_design.simulation.stability_criteria import reasons_text
 
-#: Rank of what is compared only because the scenario's fitness tolerates so much of it.
+#: Rank of a metric that is compared only because the scenario has a target for it.
 LAST = 99
-#: Of these more is better, of every metric less.
+#: Quantities of which more is better; of every metric less is better.
 SCORES = ("fitness", "merit")
-#: What stands for all motions together.
+#: Name of all motions together.
 EVERY = "every motion"
-#: Shares of the machines that do as well as a number: half of them, nearly all.
+#: Shares of the machines for the two quantiles in ``numbers``: half of them, nearly all.
 HALF, NEARLY_ALL = 0.5, 0.95
-#: Spread of machines of a scenario that says nothing about tolerances.
+#: Spread of the machines for scenarios without ``[robust]``.
 SPREAD = 0.2
 Progress = Callable[[str, int, int], None]
 
 
 class DesignStatistics(NamedTuple):
-    """One design in one motion, or in all, on the nominal machine and on every other."""
+    """Results of one design in one motion, or in all motions, on the nominal and other machines."""
 
     stable: Mask  # (machines,)
     nominal_stable: bool
-    nominal: dict[str, float]  # of each metric; nan where there is none
-    values: dict[str, Floats]  # the same, (machines,)
+    nominal: dict[str, float]  # metric -> value on the nominal machine; nan: none
+    values: dict[str, Floats]  # metric -> values on the other machines, (machines,)
     ranges: dict[str, Json] = {}  # of the nominal machine's scores that are chaotic
 
     def numbers(self) -> Json:
-        """Return plain data; None where there is no number."""
+        """Return the statistics for JSON; None where there is no number."""
         metrics = {
             key: {
                 "nominal": self.of_nominal(key),
@@ -81,23 +81,23 @@ class DesignStatistics(NamedTuple):
         return share_interval(int(self.stable.sum()), len(self.stable))
 
     def costs(self, key: str) -> Floats:
-        """(machines,) costs by a metric, less is better; infinite without one or if not stable."""
+        """Return costs (machines,) by a metric, less is better; inf: not stable, or no number."""
         costs = -self.values[key] if key in SCORES else np.abs(self.values[key])
         return np.where(self.stable & np.isfinite(costs), costs, np.inf)
 
     def quantile(self, key: str, share: float) -> float | None:
-        """Value of the metric that a ``share`` of all machines is within; None: it has none."""
+        """Return the value that a ``share`` of all machines reaches or betters; None: fewer do."""
         cost = float(np.quantile(self.costs(key), share, method="inverted_cdf"))
         return None if cost == np.inf else (-cost if key in SCORES else cost)
 
     def span(self, key: str) -> tuple[float | None, float | None, float | None]:
-        """The metric of the machines at 5 %, 50 % and 95 %."""
+        """Return the values of a metric that 5 %, 50 % and 95 % of the machines reach or better."""
         return self.quantile(key, 0.05), self.quantile(key, 0.5), self.quantile(key, 0.95)
 
     def of_nominal(self, key: str) -> float | None:
-        """The metric of the nominal machine, the lowest repeat of a chaotic one; None: it has none.
+        """Return the metric of the nominal machine, lowest repeat if chaotic; None: it has none.
 
-        Errors are magnitudes, as for all machines (``costs``): signed ones cannot be ranked.
+        Errors are magnitudes, as in ``costs``: signed errors cannot be ranked.
         """
         if key in self.ranges:
             return None if self.ranges[key]["lowest"] is None else float(self.ranges[key]["lowest"])
@@ -109,14 +109,14 @@ class MotionComparison(NamedTuple):
     """The designs in one motion."""
 
     name: str
-    scenario: Scenario | None  # of that motion alone; None of all motions together
+    scenario: Scenario | None  # of that motion alone; None for all motions together
     sides: dict[str, DesignStatistics]  # by the designs' names
-    results: dict[str, Robustness]  # empty of all motions together
+    results: dict[str, Robustness]  # by the designs' names; empty for all motions together
     meanings: dict[str, str]  # of each metric, with its unit
 
     def compared(self) -> list[str]:
-        """Compared metrics, the most important first, including those with a target."""
-        if self.scenario is None:  # of all motions together one metric, which is compared
+        """Return the metrics that are compared, the most important first."""
+        if self.scenario is None:  # all motions together have one metric, which is compared
             return list(self.meanings)
         tolerated = {
             key: one.rank or LAST for key, (one, _) in tolerated_metrics(self.scenario).items()
@@ -126,7 +126,7 @@ class MotionComparison(NamedTuple):
         return sorted(compared, key=lambda key: ranks[key])
 
     def lost(self) -> Iterator[str]:
-        """Reasons why designs do not keep machines stable, a line each."""
+        """Yield a line for each design that does not keep all machines stable, with the reasons."""
         for name, one in self.results.items():
             reasons = []
             if not one.nominal_stable:
@@ -137,7 +137,7 @@ class MotionComparison(NamedTuple):
                 yield f"{name} in {self.name}, not stable: {'; '.join(reasons)}"
 
     def chaos(self) -> Iterator[str]:
-        """Scores that are chaotic on the nominal machine, a line each."""
+        """Yield a line for each score that is chaotic on the nominal machine."""
         for name, side in self.sides.items():
             for key, repeats in side.ranges.items():
                 if key in self.meanings:
@@ -151,16 +151,16 @@ class Difference(NamedTuple):
     metric: str
     first: str
     second: str
-    both: int  # machines that both keep stable; only the first, only the second, neither
+    both: int  # machines that both designs keep stable; then: only the first, the second, neither
     only_first: int
     only_second: int
     neither: int
     better: int  # machines on which the first is better, by its number or by being stable at all
     worse: int
     better_interval: Interval  # of the share of ``better`` in all machines
-    ratio: float  # median of first over second where one is stable; 0: only the first
+    ratio: float  # median of cost ratios first / second; 0 where only the first is stable
     ratio_interval: Interval | None
-    p: float  # two-sided, of the same machines
+    p: float  # of a two-sided test of the pairs
     p_holm: float  # after Holm's correction for every difference of the comparison
 
     @property
@@ -169,12 +169,12 @@ class Difference(NamedTuple):
         return self.both + self.only_first + self.only_second + self.neither
 
     def numbers(self) -> Json:
-        """Return plain data; None where there is no number."""
+        """Return all fields for JSON; None where there is no number."""
         return storable(self._asdict())
 
 
 def spread_text(spread: float, tolerances: Mapping[str, float]) -> str:
-    """The spread of the machines about the nominal one, in words."""
+    """Return the spread of the machines about the nominal one, in words."""
     single = (f", {name} ±{100 * tolerance:g} %" for name, tolerance in tolerances.items())
     return f"±{100 * spread:g} %{''.join(single)}"
 
@@ -186,9 +186,9 @@ class Comparison(NamedTuple):
     spread: float
     seed: int
     machines: int
-    bouts: list[MotionComparison]  # one a motion, and if there are several one of all
+    bouts: list[MotionComparison]  # one a motion; of several motions also one of all together
     differences: list[Difference]
-    notes: list[str]  # what is not alike
+    notes: list[str]  # remarks, for example on conditions that differ between the designs
     tolerances: dict[str, float] = {}  # spreads of single parameters
 
     def __repr__(self) -> str:
@@ -227,7 +227,7 @@ class Comparison(NamedTuple):
         return [x for x in self.differences if (x.motion, x.metric) == (motion, metric)]
 
     def numbers(self) -> Json:
-        """Return everything in its tables as plain data; None where there is no number."""
+        """Return the contents of all tables for JSON; None where there is no number."""
         motions = {
             bout.name: {
                 "meanings": bout.meanings,
@@ -258,12 +258,12 @@ def compare(
 ) -> Comparison:
     """Simulate every design in every motion, on the nominal machine and on ``machines`` others.
 
-    The machine is that of the first design, as changed by each scenario, and each one that
-    ``machines.drawn`` draws is used for all designs. ``tolerances`` are the spreads of single
-    parameters; they override those in ``[robust]`` of the first scenario that has it. The spread of
-    that ``[robust]`` is used too if none is given (else ``SPREAD``). Without ``scenarios`` the
-    scenario is the one that the first design was made for. ``progress(what, done, total)`` is
-    called after every chunk of machines.
+    The nominal machine is that of the first design, as changed by each scenario; the others are
+    drawn (``machines.drawn``), and are the same for all designs. Without ``spread``, spread and
+    tolerances are those in ``[robust]`` of the first scenario that has it (else ``SPREAD``).
+    ``tolerances``, the spreads of single parameters, have precedence. Without ``scenarios`` the one
+    that the first design was made for is used. ``progress(what, done, total)`` is called after
+    every chunk of machines.
 
     Raises:
         UserError: there are fewer than two designs, one is given twice or cannot run, or a number
@@ -278,8 +278,8 @@ def compare(
         spread, known = (robust.spread, robust.tolerances) if robust else (SPREAD, {})
         tolerances = {**known, **tolerances}
     check_draw(spread, machines, seed, tolerances, "machines")
-    where: list[tuple[Scenario, bool]] = []  # motions, and whether all machines are asked
-    notes: dict[str, list[str]] = {}  # of which designs each is
+    where: list[tuple[Scenario, bool]] = []  # motions; whether each is required of all machines
+    notes: dict[str, list[str]] = {}  # note -> designs that it is about
     others: list[str] = []
     for scenario in loaded_scenarios:
         others += _other_machines(scenario, spread, tolerances)
@@ -317,7 +317,7 @@ def _bout(
     tolerances: Mapping[str, float],
     progress: Callable[[str, int], None],
 ) -> MotionComparison:
-    """Every design in one motion, on the machines of a ``draw``: spread, count, seed."""
+    """Compare the designs in one motion, on the machines of a ``draw``: spread, count, seed."""
     _, machines, _ = draw
     results: dict[str, Robustness] = {}
     for k, (name, design) in enumerate(named.items()):
@@ -350,7 +350,7 @@ def _scenarios(
 def _other_machines(
     scenario: Scenario, spread: float, tolerances: Mapping[str, float]
 ) -> Iterator[str]:
-    """Note that a scenario has machines of its own, which are not used here."""
+    """Yield a note if a scenario has other machines in ``[robust]``, which are not used here."""
     robust = scenario.robust
     if robust is None or (robust.spread, robust.tolerances) == (spread, dict(tolerances)):
         return
@@ -359,9 +359,9 @@ def _other_machines(
 
 
 def _together(bouts: Sequence[MotionComparison]) -> list[MotionComparison]:
-    """All motions as one: stable in every one, errors as of one motion after the other.
+    """Return all motions as one comparison: stable in all motions, errors over all samples.
 
-    Nothing if there is but one, or if their machines or metrics are not the same.
+    The list is empty if there is only one motion, or if motions differ in machines or metrics.
     """
     nominal_parameters = [next(iter(bout.results.values())).machines.nominal for bout in bouts]
     key = bouts[0].compared()[0]
@@ -384,13 +384,13 @@ def _together(bouts: Sequence[MotionComparison]) -> list[MotionComparison]:
 
 
 def _rms(each: Any, steps: Sequence[int]) -> Any:
-    """Root mean square over all samples of motions of so many ``steps``, of that of each."""
+    """Return the root mean square over several motions, from that of each and its ``steps``."""
     with np.errstate(over="ignore"):
         return np.sqrt(np.average(np.square(each), axis=0, weights=steps))
 
 
 def _differences(bouts: Sequence[MotionComparison]) -> list[Difference]:
-    """Every two designs by every metric in every motion."""
+    """Return the differences of every two designs by every metric in every motion."""
     comparisons = [
         _difference(bout, key, first, second)
         for bout in bouts
@@ -405,7 +405,7 @@ def _difference(bout: MotionComparison, key: str, first: str, second: str) -> Di
     one, other = bout.sides[first], bout.sides[second]
     mine, theirs, a, b = one.stable, other.stable, one.costs(key), other.costs(key)
     with np.errstate(divide="ignore", invalid="ignore"):
-        # Two without a number, that never settle say, are equal, as are two but for rounding.
+        # Equal are two costs without a number (inf), and two that differ only by rounding.
         both = np.where((a == b) | np.isclose(a, b, SAME, 0.0), 0.0, np.log(a) - np.log(b))
     alone = np.where(mine, -np.inf, np.inf)
     logarithms = np.where(mine & theirs, both, alone)[mine | theirs]

@@ -1,7 +1,7 @@
-"""The compiled programs: a population is spread over all devices, and on each of them in chunks.
+"""The compiled programs: a population is spread over all devices and simulated in chunks on each.
 
-There is one program for scores, one for motions and one for derivatives, each of the ``Code`` of a
-loop. All of them call ``stepping``.
+For each ``Code`` of a loop there are programs for scores (also with early stopping), recorded
+motions and derivatives. All call ``stepping``. A *lane* is one individual on one machine.
 """
 
 from functools import partial
@@ -21,22 +21,22 @@ from hfc_design.simulation import early_stopping, stepping
 from hfc_design.simulation.flattening import Code, Packed, joined
 from hfc_design.simulation.stepping import Forms, Inputs, Motions
 
-#: Individuals that step together on one CPU core: their state and tables stay in its cache.
+#: Largest chunk of lanes on a CPU core, whose data fit its cache; chunks are multiples of LANES.
 CHUNK = 64
 LANES = 16
-#: Motions are filled up to a multiple of so many samples, at least; nobody simulates those.
+#: Samples are padded to a multiple of at least this number; the padding is not simulated.
 FEWEST_STEPS = 256
-#: So many samples are recorded at least, of all individuals together: a few MB.
+#: Least size of an array of recorded samples, all individuals together: a few MB.
 RECORDED = 2**14
 
 
 def filled(lanes: int) -> int:
-    """Number of individuals, at least ``lanes``, that fills the chunks of all devices."""
+    """Return the smallest number of at least ``lanes`` that fills the chunks of all devices."""
     return lanes + -lanes % (jax.device_count() * together(lanes))
 
 
 def together(count: int) -> int:
-    """Number of the ``count`` lanes that step together."""
+    """Return the size of a chunk: how many of ``count`` lanes a device simulates together."""
     if jax.default_backend() != "cpu":
         return -(-count // jax.device_count())
     share = -(-count // (jax.device_count() * LANES)) * LANES
@@ -44,9 +44,9 @@ def together(count: int) -> int:
 
 
 def filled_up_steps(steps: int, recorded: int = 0) -> int:
-    """Number of samples, increased by up to a quarter: motions of similar length share a program.
+    """Return the padded number of samples, so that motions of similar length share a program.
 
-    If few lanes are ``recorded``, so that it costs little, motions of nearly all lengths share one.
+    From 1,024 samples on at most a quarter is added; more if few lanes are ``recorded``.
     """
     part = max(FEWEST_STEPS, 2 ** (steps.bit_length() - 3))
     least = RECORDED // recorded if recorded else 0
@@ -54,18 +54,18 @@ def filled_up_steps(steps: int, recorded: int = 0) -> int:
 
 
 def finely(count: int) -> int:
-    """Size of a chunk if lanes are dropped on the way; small for few, to lose whole chunks."""
+    """Return the size of a chunk for early stopping; small for few lanes, to save whole chunks."""
     few = count < 4 * CHUNK * jax.device_count() and jax.default_backend() == "cpu"
     return LANES if few else together(count)
 
 
-#: How the devices get the numbers of all lanes and those of each.
+#: How numbers reach the devices: shared ones whole, those of each lane in chunks.
 WHOLE, CHUNKS = PartitionSpec(), PartitionSpec("population")
 
 
 @partial(jax.jit, static_argnums=(0, 1, 2), compiler_options=devices.compiler_options())
 def scores(code: Code, own_machine: bool, forms: Forms, whole: Packed, lanes: Packed) -> Array:
-    """(2 + objectives, motions, lanes): merits, failures (1: failed) and values, in one array.
+    """Return merits, failures (1: failed) and values in one array, (2 + values, motions, lanes).
 
     There are few input arrays and one output array, because each array takes time.
     ``Inputs.packed`` makes the inputs.
@@ -84,7 +84,7 @@ def scores(code: Code, own_machine: bool, forms: Forms, whole: Packed, lanes: Pa
 
 @partial(jax.jit, static_argnums=(0, 1), compiler_options=devices.compiler_options())
 def scores_needed(code: Code, forms: Forms, whole: Packed, lanes: Packed) -> Array:
-    """(3 + objectives, lanes), see ``early_stopping.each``; each lane has its own needed merit."""
+    """Return the results of ``early_stopping.each`` on all devices, (3 + values, lanes)."""
 
     def on_device(whole: Packed, lanes: Packed) -> Array:
         def side_by_side(leaf: Array) -> Array:
@@ -105,15 +105,15 @@ def _spread(on_device: Any, out: PartitionSpec, specs: Any = (WHOLE, CHUNKS)) ->
 def trajectories(
     code: Code, own_machine: bool, recorded: int, inputs: Inputs
 ) -> tuple[Judged, Motions, Memory]:
-    """Results of the judge, motions of every axis, and memories of the controllers, of each motion.
+    """Return the judge's results, recordings and final controller memories for several motions.
 
-    See ``recorded_motions``.
+    See ``stepping.recorded_motions``.
     """
     return stepping.recorded_motions(joined(code, inputs.numbers), own_machine, recorded, inputs)
 
 
 def filled_up(chosen: Integers) -> Integers:
-    """Numbers of parameters, followed by -1 until the chunks of all devices are full."""
+    """Return the indices of parameters, padded with -1 until the chunks of all devices are full."""
     width = jax.device_count() * LANES
     return np.append(chosen, np.full(-len(chosen) % width, -1)).astype(np.int32)
 
@@ -122,10 +122,10 @@ def filled_up(chosen: Integers) -> Integers:
 def jacobians(
     code: Code, quantities: tuple[str, ...], inputs: Inputs, chosen: Array
 ) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
-    """``quantities`` of ``Recorded`` (steps, lanes) for copies of an individual, and derivatives.
+    """Return ``quantities`` of ``Recorded`` for copies of an individual, and their derivatives.
 
-    Each lane has the derivatives with respect to one of the numbers in ``gains``, those in
-    ``chosen``; the derivatives of a lane with -1 are 0.
+    All are (steps, lanes). A lane has the derivatives by one number in ``gains``, whose index is in
+    ``chosen``; for the index -1 they are 0.
     """
     leaves, structure = jax.tree.flatten(inputs.gains)
     sizes = [leaf.size if jnp.issubdtype(leaf.dtype, jnp.floating) else 0 for leaf in leaves]

@@ -12,11 +12,11 @@ from hfc_design.motion.samples import MAX_SUBSTEPS
 from hfc_design.simulation import memory
 
 Result = TypeVar("Result")
-#: What diverges is simulated again with so many times the substeps, one after the other.
+#: Factors on the substeps with which a diverging motion is simulated again, in turn.
 FINER = (4, 16)
 #: A quantity has run away once it stays beyond this many times its median.
 RUNAWAY = 1e3
-#: The cause where every recorded quantity stays in hand.
+#: The cause of a divergence in which all recorded quantities stay bounded.
 FITNESS = "the fitness"
 
 
@@ -39,10 +39,10 @@ def refined(
     diverged: Callable[[Result], bool],
     merged: Callable[[Result, Result], Result] = lambda before, after: after,
 ) -> list[Result]:
-    """Results of ``count`` simulations; those that diverge are repeated in finer steps.
+    """Return the results of ``count`` simulations; those that diverge are repeated in finer steps.
 
-    ``simulate`` returns a result for each of the given numbers, in their order; ``merged`` combines
-    a result with its repetition in finer steps.
+    ``simulate(scenario, indices)`` returns a result for each index, in their order; ``merged``
+    combines a result with its repetition in finer steps.
     """
     results: list[Result] = [*simulate(scenario, np.arange(count))]
     for where in finer(scenario):
@@ -55,7 +55,7 @@ def refined(
 
 
 def finer(scenario: Scenario) -> Iterator[Scenario]:
-    """The scenario in finer and finer steps, as far as they are allowed and memory suffices."""
+    """Yield the scenario in finer and finer steps, as far as allowed and as memory suffices."""
     for factor in FINER:
         substeps = factor * scenario.simulation.substeps
         simulation = scenario.simulation.model_copy(update={"substeps": substeps})
@@ -72,9 +72,9 @@ def finer(scenario: Scenario) -> Iterator[Scenario]:
 def divergence_of(time: Floats, motion: dict[str, Floats]) -> Divergence:
     """Return the quantity that diverged first in a motion.
 
-    ``motion`` has each quantity at each sample, (steps,). Among quantities that diverge at the same
-    sample it is the one that had grown most. If none of them diverges, it is the fitness that is
-    not a number, or the very last step.
+    ``motion`` has each quantity by name, (steps,). Among quantities that diverge at the same sample
+    it is the one that had grown most. If none diverges, the fitness is not a number, or the very
+    last step diverged, whose result is not recorded: then the cause is ``FITNESS``.
     """
     candidates = [(*_runs_away(values), name) for name, values in motion.items()]
     since, _, cause = min(candidates, key=lambda item: item[:2])
@@ -86,7 +86,7 @@ def divergence_of(time: Floats, motion: dict[str, Floats]) -> Divergence:
 
 @np.errstate(all="ignore")
 def _runs_away(values: Floats) -> tuple[int, float]:
-    """The first sample that is beyond any bound, as all after it are, and minus its growth."""
+    """Return the sample from which values run away (their count: never), and minus their growth."""
     size = np.abs(values)
     finite = np.isfinite(size)
     usual = float(np.median(size[finite])) if finite.any() else 0.0

@@ -1,9 +1,9 @@
 """Simulation of a population that stops individuals that can no longer reach the needed merit.
 
 The motion is cut into segments. After each, the best merit that an individual can still reach is
-known from its sums; the lost individuals are moved behind the others, and the next segment steps
-only as many full chunks as the others still fill. It is one program, and individuals that are not
-lost have the same bits as without early stopping.
+known from its sums. Individuals that cannot reach the needed merit (*lost* ones) are moved behind
+the others, and the next segment simulates only the chunks that contain others. This is one compiled
+program; individuals that are not lost have exactly the results as without early stopping.
 """
 
 from typing import Any
@@ -19,21 +19,21 @@ from hfc_design.objectives.objective import Remaining
 from hfc_design.simulation.closed_loop import Loop
 from hfc_design.simulation.stepping import Inputs, judged, stepping, trailing
 
-#: Ends of the segments, in shares of the motion: most are lost early.
+#: Ends of the segments, as shares of the motion: close at first, as most are lost early.
 SHARES = (0.01, 0.02, 0.035, 0.055, 0.08, 0.11, 0.15, 0.2, 0.27, 0.36, 0.48, 0.64, 0.82, 1.0)
 
 
 def bounds(steps: int) -> Integers:
-    """(segments + 1,) boundaries of the segments of a motion with so many samples."""
+    """Return the boundaries (segments + 1,) of the segments of a motion with ``steps`` samples."""
     ends = np.maximum(np.round(np.array(SHARES) * steps).astype(int), 1)
     return np.append(0, ends)
 
 
 def each(loop: Loop, inputs: Inputs, chunk: int) -> Array:
-    """(3 + objectives, individuals): merit, failure (1: failed), simulated samples, values.
+    """Return merit, failure (1: failed), simulated samples, and values, (3 + values, individuals).
 
     The merit of a lost individual is the best that it could still have reached, which is less than
-    it needs. ``chunk`` individuals step together; the number of individuals is a multiple of it.
+    it needs. ``chunk`` individuals are simulated together; their number is a multiple of ``chunk``.
     """
     samples, count = inputs.samples, trailing(inputs.gains)
     needed = jnp.asarray(inputs.needed)
@@ -63,7 +63,7 @@ def each(loop: Loop, inputs: Inputs, chunk: int) -> Array:
         carry, simulated = lax.fori_loop(0, chunks, step, (carry, simulated))
         left = Remaining(steps - end, counted[steps] - counted[end])
         upper_bound = loop.judge.best(carry[1].sums, left)
-        # What is no number any more is lost as well, and has failed.
+        # An individual whose bound is not a number is lost too, and has failed.
         now = ~lost & (end < steps) & ~(upper_bound >= needed)
         best = jnp.where(now, upper_bound, best)
         lost = lost | now

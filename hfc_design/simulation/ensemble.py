@@ -1,6 +1,6 @@
-"""Many designs on an ensemble: every scenario on every machine, one compiled program a scenario.
+"""Many designs, each judged in every scenario on every machine.
 
-Designs that share a program (a kind, its terms, its limits) step together as one population.
+Designs of the same kind, terms and limits are simulated together, by one program for each scenario.
 """
 
 from collections import defaultdict
@@ -30,17 +30,17 @@ from hfc_design.simulation.stepping import trailing
 
 
 class Judgements(NamedTuple):
-    """Results of the judge of each scenario; (designs, scenarios, machines) each."""
+    """Merits, fitness values and failures of designs, (designs, scenarios, machines) each."""
 
     merit: Floats  # -inf where the loop failed
     fitness: Floats  # -inf where the loop failed
     failed: Mask
 
     def kept(self, how: Literal["mean", "quantile", "worst"], share: float = 0.05) -> Floats:
-        """Reduce the merits over all scenarios and machines to one for each design, (designs,).
+        """Return one merit for each design, (designs,), from those in all scenarios and machines.
 
-        ``how`` is the mean, the lower quantile of a ``share``, or the worst. A design that fails
-        anywhere has the mean -inf.
+        ``how`` selects the mean, the quantile of ``share`` (not interpolated) or the lowest merit.
+        A design that fails anywhere has the mean -inf.
 
         Raises:
             UserError: ``how`` is none of these, or ``share`` is not between 0 and 1.
@@ -60,10 +60,10 @@ def evaluate_many(
     scenarios: AnyScenario | Sequence[AnyScenario],
     machines: Mapping[str, float] | Sequence[Mapping[str, float]] = ({},),
 ) -> Judgements:
-    """Judge many designs, on every scenario and on machines of many parameters, in float64.
+    """Return the judgements of designs in every scenario on every machine, in float64.
 
-    Each of ``machines`` has the parameters that differ from the design's own machine, in every
-    axis, or of one axis as in ``"x.gain"``. A single design, scenario or machine needs no list.
+    Each of ``machines`` has the parameters that differ from those of the design's machine: of all
+    axes, or of one as in ``"x.gain"``. A single design, scenario or machine needs no list.
 
     Raises:
         UserError: a design does not fit a scenario, or a machine cannot exist.
@@ -75,7 +75,7 @@ def evaluate_many(
     shape = (len(every), len(where), len(others))
     judgements = Judgements(np.empty(shape), np.empty(shape), np.empty(shape, bool))
     for j, scenario in enumerate(where):
-        # The same program on the same machines: they can step together.
+        # Designs with the same program and the same machines can be simulated together.
         alike = defaultdict(list)
         for k, design in enumerate(every):
             plant = machine(design, scenario)
@@ -98,7 +98,7 @@ def evaluate_many(
 
 
 def _judged(scenario: Scenario, controller: Controller, machines: Machines, gains: Gains) -> Judged:
-    """Judge every individual on every machine; those that fail anywhere again in finer steps."""
+    """Return the judge's results; individuals that fail anywhere are repeated in finer steps."""
 
     def simulate(where: Scenario, chosen: Integers) -> list[Judged]:
         some = jax.tree.map(lambda leaf: leaf[..., chosen], gains)
@@ -106,7 +106,7 @@ def _judged(scenario: Scenario, controller: Controller, machines: Machines, gain
         return population.scores(loop, machines, [where.samples()], some, np.float64).rows
 
     def merged(before: Judged, after: Judged) -> Judged:
-        """A machine that did not fail stays as it is."""
+        """Return the repetition where only the first result has failed, else the first result."""
         mended = before.failed & ~after.failed
         merit = np.where(mended, after.merit, before.merit)
         values = np.where(mended[..., None], after.values, before.values)
@@ -119,12 +119,12 @@ def _judged(scenario: Scenario, controller: Controller, machines: Machines, gain
 
 
 def _each(given: Any) -> Sequence[Any]:
-    """Several of something, or one alone as several."""
+    """Return a sequence as it is; a text, or anything else, becomes a list of one."""
     return given if isinstance(given, Sequence) and not isinstance(given, str) else [given]
 
 
 def _changed(plant: PlantSettings, changes: Mapping[str, float]) -> PlantSettings:
-    """The settings of a machine with changed parameters; a key ``x.NAME`` is one of axis x."""
+    """Return the settings of a machine with changed parameters; ``x.NAME`` changes only axis x."""
     check_type(changes, Mapping, "a mapping of parameters to values, as in {'gain': 28.3}")
     every = {key: value for key, value in changes.items() if "." not in key}
     axes = {axis: numbers | every for axis, numbers in plant.axes.items()}

@@ -27,12 +27,12 @@ class Traces(NamedTuple):
     command_change: Steps  # since the sample before; before the first one the command was 0
 
 
-#: What a simulation records of them.
+#: Fields of ``Traces`` that a simulation records.
 RECORDED = "error", "error_rate", "command"
 
 
 def motion_slopes(loop: Loop, samples: Samples, traces: Traces) -> tuple[float, Traces]:
-    """Merit of a motion and its derivative with respect to every number of ``traces``, in float64.
+    """Return the merit of a motion and its derivative by every number of ``traces``, in float64.
 
     The derivative of a quantity that jumps, such as a share of time, is 0.
     """
@@ -65,7 +65,7 @@ def _slopes(
 
 
 def _moments(samples: Samples, traces: Traces) -> Moment:
-    """Inputs of the objectives, each (steps,), without limits and copies of the machine."""
+    """Return the inputs of the objectives, (steps,) each, without limits and copies of machines."""
     (axis,) = samples.axes
     every = jnp.ones_like(traces.error)
     position = axis.reference - traces.error

@@ -1,6 +1,6 @@
 """Evaluation of a design on a scenario in float64: merit, metrics, the motions of all axes.
 
-It also makes the rows of tables of several evaluations.
+Functions that make tables of several evaluations come last.
 """
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -48,7 +48,7 @@ from hfc_design.simulation.stepping import Motions
 from plants import Drive, Machine, in_a_name
 from plants.around import plain
 
-#: What ``Evaluation`` is called where something else is given.
+#: Text that describes an ``Evaluation`` in the message about a wrong argument.
 EVALUATED = "an evaluation, as evaluate(design, scenario) returns it"
 
 
@@ -68,7 +68,7 @@ class AxisMotion(NamedTuple):
 
     @property
     def load(self) -> Floats:
-        """(steps,) load."""
+        """(steps,) load at the start of each sample."""
         return np.asarray(self.happens.loads[0])
 
     @property
@@ -78,12 +78,12 @@ class AxisMotion(NamedTuple):
 
     @property
     def readings(self) -> dict[str, Floats]:
-        """The drive's signals, each (steps,)."""
+        """Exact signals of the drive, before its sensors, (steps,) each."""
         fixed = self.drive.coefficients(self.parameters)
         return _arrays(self.drive.signals(fixed, self.motion.state))
 
     def sensed(self) -> dict[str, Floats]:
-        """Signals of the axis as the control got them from its sensors, signal -> (steps,)."""
+        """Return the signals of the axis as the drive's own sensors read them, (steps,) each."""
         fixed = self.drive.coefficients(self.parameters)
         seen = self.drive.measured(fixed, self.motion.state)
         return _arrays(axis_signals(self.drive, fixed, seen, self.happens))
@@ -97,21 +97,21 @@ class Evaluation(NamedTuple):
     """Result of a design on a scenario."""
 
     fitness: float  # -inf where it diverged
-    merit: float  # what it is ranked by, see ``Scenario.judge``; -inf where it diverged
+    merit: float  # number by which designs are ranked, see ``Scenario.judge``; -inf if diverged
     diverged: bool
     machine: Machine
     metrics: dict[str, float | None]
     time: Floats  # (steps,) [s]
     axes: tuple[AxisMotion, ...]
     contour: Contour | None  # of an X-Y machine on a path
-    substeps: int = 1  # with which it was simulated; more than the scenario's where that diverged
+    substeps: int = 1  # of the simulation; more than in the scenario if it diverged with those
     divergence: Divergence | None = None  # when and why it diverged
-    #: Evaluation of each motion by name, if the scenario has several. Fitness, merit and metrics
-    #: above are then those of all motions, the other fields those of the first.
+    #: Evaluation of each motion by name, if there are several. Fitness, merit, metrics and repeats
+    #: are then those of all motions, other fields those of the first, or first diverging, motion.
     motions: Mapping[str, "Evaluation"] = MappingProxyType({})
-    #: "fitness" and "merit" -> those of repeats; nothing where none were simulated.
+    #: "fitness" and "merit" -> values of all repeats; empty if none were simulated.
     repeats: Each = MappingProxyType({})
-    memory: Memory = None  # what the controller remembers in the end
+    memory: Memory = None  # final memory of the controller
 
     def __repr__(self) -> str:
         return line("Evaluation", self._summary())
@@ -127,26 +127,26 @@ class Evaluation(NamedTuple):
 
     @property
     def chaotic(self) -> bool:
-        """Whether a millionth of the command moves fitness or merit by more than one percent."""
+        """Whether a change of the command by a millionth changes fitness or merit by over 1 %."""
         return bool(self.ranges)
 
     @property
     def ranges(self) -> dict[str, Json]:
-        """``Repeats.numbers`` of the fitness or merit that is chaotic, by its key."""
+        """``Repeats.numbers`` of fitness and merit, each only if it is chaotic, by key."""
         if self.diverged:
             return {}
         return {key: one.numbers() for key, one in self.repeats.items() if one.chaotic}
 
     @property
     def worth(self) -> float:
-        """Merit by which it is ranked, for a chaotic loop the lowest of the repeats."""
+        """Merit by which the design is ranked: of a chaotic loop the lowest of all repeats."""
         known = self.repeats.get("merit")
         return self.merit if known is None or self.diverged else known.worth
 
     def score(self, judge: Judge) -> Json:
-        """Fitness, merit and metrics as stored in a file; None where there is no number.
+        """Return fitness, merit and metrics as a file stores them; None where there is no number.
 
-        A chaotic loop has the ranges as well.
+        For a chaotic loop the ranges of its repeats are included.
         """
         fitness, merit = (None if self.diverged else x for x in (self.fitness, self.merit))
         record: Json = {"fitness": fitness, "merit": merit, "judged_by": judge.title}
@@ -159,7 +159,7 @@ def trajectory_csv(evaluation: Evaluation) -> str:
     """Return the motion as CSV with units in the header, one row for each control sample.
 
     Raises:
-        UserError: ``evaluation`` is not one.
+        UserError: ``evaluation`` is not an ``Evaluation``.
     """
     check_type(evaluation, Evaluation, EVALUATED)
     columns = {"time_s": evaluation.time}
@@ -178,7 +178,7 @@ def trajectory_csv(evaluation: Evaluation) -> str:
 
 
 def _columns(axis: AxisMotion, every: bool) -> dict[str, Floats]:
-    """Columns of one axis; ``every`` adds those for which a table of several has no room."""
+    """Return columns of one axis; ``every`` adds those that a table of several axes leaves out."""
     drive, state = axis.drive, axis.motion.state
     unit = {signal: in_a_name(unit) for signal, unit in drive.units.items()}
     columns = {
@@ -203,8 +203,8 @@ def evaluate(design: AnyDesign, scenario: AnyScenario) -> Evaluation:
     ``repeats`` tell whether the loop is chaotic.
 
     Raises:
-        UserError: the two are made for different plants or sample times, or there is not enough
-            memory.
+        UserError: design and scenario have different plants or sample times, or there is not
+            enough memory.
     """
     design = load_design(design)
     scenario = with_converter(load_scenario(scenario), design)
@@ -227,12 +227,12 @@ def evaluate(design: AnyDesign, scenario: AnyScenario) -> Evaluation:
 
 
 def learned_in(design: AnyDesign, scenario: AnyScenario, evaluation: Evaluation) -> Design:
-    """The design with the values that it learned in the motion of its ``evaluation`` on a scenario.
+    """Return the design with the values that it learned in the motion of ``evaluation``.
 
-    With several motions it is the first; the others are in ``evaluation.motions``.
+    Of several motions it is the first; the evaluations of others are in ``evaluation.motions``.
 
     Raises:
-        UserError: it does not adapt, has diverged, or the evaluation is of another controller.
+        UserError: the design does not learn, diverged, or ``evaluation`` is of another controller.
     """
     check_type(evaluation, Evaluation, EVALUATED)
     design, axes = load_design(design), evaluation.machine.axes
@@ -249,7 +249,7 @@ def learned_in(design: AnyDesign, scenario: AnyScenario, evaluation: Evaluation)
 def evaluations(
     motions: Sequence[Scenario], loop: Loop, machines: Machines, gains: Gains
 ) -> Iterator[Iterator[Evaluation]]:
-    """For each motion, the evaluations on each of ``machines``, all simulated together.
+    """Yield for each motion the evaluations on all ``machines``, which are simulated together.
 
     On a single machine ``gains`` may be those of ``scaled_command``.
     """
@@ -299,7 +299,7 @@ def _evaluations(
 
 
 def _together(scenario: Scenario, motions: dict[str, Evaluation]) -> Evaluation:
-    """Combine the evaluations of several motions into one: costs are averaged by their weights."""
+    """Return one evaluation for several motions, with their weighted mean costs (1 / merit)."""
     first, *_ = motions.values()
     lost = [one for one in motions.values() if one.diverged]
     weights = np.array([motion.weight for motion in scenario.motions])
@@ -322,7 +322,7 @@ def _together(scenario: Scenario, motions: dict[str, Evaluation]) -> Evaluation:
 
 
 def _quantities(axes: tuple[AxisMotion, ...]) -> dict[str, Floats]:
-    """Every state of the machine and then the commands, (steps,) each, by name."""
+    """Return every state of the machine, then the commands, by name, (steps,) each."""
     several = len(axes) > 1
     heads = [f"{axis.name}: " if several else "" for axis in axes]
     pairs = [*zip(heads, axes, strict=True)]
@@ -335,7 +335,7 @@ def _quantities(axes: tuple[AxisMotion, ...]) -> dict[str, Floats]:
 def _metrics(
     scenario: Scenario, axes: tuple[AxisMotion, ...], path: Contour | None, part: slice
 ) -> list[float | None]:
-    """Every metric of a part of the motion, in the order of ``_table``; None where it diverged."""
+    """Return all metrics of a part of the motion, in the order of ``_table``; None: no number."""
     time = scenario.simulation.time
     settled = settled_samples(time[part], scenario.fitness.settled_after_s)
     records = []
@@ -352,7 +352,7 @@ def _metrics(
 
 
 def _table(scenario: Scenario) -> dict[str, Column]:
-    """The metrics of one motion, without windows."""
+    """Return the metrics of one motion by key, without those of windows."""
     path = ALONE
     if scenario.follows_path:
         path = PROGRAM if isinstance(scenario.path, Program) else PLANE
@@ -360,7 +360,7 @@ def _table(scenario: Scenario) -> dict[str, Column]:
 
 
 def table_of(scenario: Scenario) -> dict[str, Column]:
-    """Metrics that an evaluation on a scenario has, by their keys; those of windows follow."""
+    """Return the metrics of an evaluation on a scenario by key, those of windows last."""
     if scenario.motions:
         pairs = zip(scenario.motions, scenario.each_motion(), strict=True)
         return {
@@ -380,17 +380,17 @@ def table_of(scenario: Scenario) -> dict[str, Column]:
 
 
 def meanings(scenario: Scenario) -> dict[str, str]:
-    """Meaning and unit of every metric that an evaluation on a scenario has."""
+    """Return meaning and unit of every metric of an evaluation on a scenario, by key."""
     return {key: column.meaning for key, column in table_of(scenario).items()}
 
 
 def _key(motion: str) -> str:
-    """A motion as it stands before a metric's name."""
+    """Return the name of a motion as the prefix of a metric's key."""
     return motion.replace("-", "_")
 
 
 def _contour(scenario: Scenario, axes: tuple[AxisMotion, ...]) -> Contour | None:
-    """Contour error of a machine; None if it follows no path."""
+    """Return the contour error of a machine; None if it follows no path."""
     path, time = scenario.path, scenario.simulation.time
     if path is None:
         return None
@@ -406,7 +406,7 @@ def _contour(scenario: Scenario, axes: tuple[AxisMotion, ...]) -> Contour | None
 
 
 def score_table(scenario: Scenario, evaluations: Mapping[str, Evaluation]) -> Table:
-    """Fitness, merit and ``first_metrics`` of designs by their names, a column each, and notes."""
+    """Return a table of fitness, merit and ``first_metrics``, with a column a design, and notes."""
     rows = score_rows(scenario.judge(), [*evaluations.values()])
     first = first_metrics(scenario, next(iter(evaluations.values())))
     shown = [row for key, row in rows.items() if key in first]
@@ -414,7 +414,7 @@ def score_table(scenario: Scenario, evaluations: Mapping[str, Evaluation]) -> Ta
 
 
 def first_metrics(scenario: Scenario, evaluation: Evaluation) -> Collection[str]:
-    """Titles of the scores and metrics that say most: all, or of several motions the errors."""
+    """Return titles of scores and keys of metrics to show: of several motions the first of each."""
     errors = (
         f"{name.replace('-', '_')}_{next(iter(one.metrics))}"
         for name, one in evaluation.motions.items()
@@ -424,9 +424,9 @@ def first_metrics(scenario: Scenario, evaluation: Evaluation) -> Collection[str]
 
 
 def score_rows(judge: Judge, results: Sequence[Evaluation]) -> dict[str, list[str]]:
-    """Rows of fitness, merit and metrics by their titles and keys, a cell for each evaluation.
+    """Return rows of fitness, merit and metrics by title or key, with a cell for each evaluation.
 
-    The settling time of a loop whose error keeps coming back is shown as never.
+    The settling time of a loop that does not settle is shown as "never".
     """
     scores = {title: [_score(x, key) for x in results] for key, title in judge.titles.items()}
     metrics = {key: [_metric(x, key) for x in results] for key in results[0].metrics}
@@ -441,7 +441,7 @@ def _metric(evaluation: Evaluation, key: str) -> str:
 
 
 def _score(evaluation: Evaluation, key: str) -> str:
-    """The fitness or the merit, as a range where it is chaotic."""
+    """Return the text of the fitness or the merit, which is a range if it is chaotic."""
     if evaluation.diverged:
         return "diverged"
     many = evaluation.ranges.get(key)
@@ -449,7 +449,7 @@ def _score(evaluation: Evaluation, key: str) -> str:
 
 
 def notes(scenario: Scenario, rows: Mapping[str, Evaluation]) -> list[str]:
-    """Remarks on the numbers of some designs, a line each."""
+    """Return remarks on the numbers of designs, a line each."""
     lines, substeps = plausibility_warnings(scenario), scenario.simulation.substeps
     for name, one in rows.items():
         if one.divergence:

@@ -1,6 +1,6 @@
 """Inputs of compiled programs: code separate from numbers, many small arrays as few large ones.
 
-Few arrays are used because each one takes time.
+Few arrays are used because each one takes time. A *lane* is one individual on one machine.
 """
 
 from collections.abc import Iterable
@@ -18,7 +18,7 @@ class Form(NamedTuple):
     """Structure of a packed tree; hashable."""
 
     structure: Any  # of the tree
-    leaves: tuple[tuple[bool, tuple[int, ...]], ...]  # whether of integers; shape without lanes
+    leaves: tuple[tuple[bool, tuple[int, ...]], ...]  # each: is it of integers; shape without lanes
 
 
 class Code(NamedTuple):
@@ -29,7 +29,7 @@ class Code(NamedTuple):
 
 
 def separate(tree: PyTree) -> tuple[Code, tuple[float, ...]]:
-    """The code of a tree, and its numbers: every float that is no ``Constant``."""
+    """Return the code of a tree and its numbers, which are all floats that are no ``Constant``."""
     leaves, structure = jax.tree.flatten(tree)
     data = [isinstance(leaf, float) and not isinstance(leaf, Constant) for leaf in leaves]
     pairs = [*zip(leaves, data, strict=True)]
@@ -38,7 +38,7 @@ def separate(tree: PyTree) -> tuple[Code, tuple[float, ...]]:
 
 
 def joined(code: Code, numbers: Iterable[Any]) -> PyTree:
-    """The tree of ``separate``, with other ``numbers`` in their places."""
+    """Return the tree that ``separate`` has taken apart, with ``numbers`` in place of its own."""
     rest = iter(numbers)
     return jax.tree.unflatten(
         code.structure, [next(rest) if leaf is None else leaf for leaf in code.leaves]
@@ -46,16 +46,16 @@ def joined(code: Code, numbers: Iterable[Any]) -> PyTree:
 
 
 class Packed(NamedTuple):
-    """Numbers of a tree: (numbers,), or of leaves (..., lanes) (chunks, numbers, chunk)."""
+    """Packed numbers: (numbers,), or (chunks, numbers, lanes of a chunk) of leaves with lanes."""
 
     floats: Array | np.ndarray
     integers: Array | np.ndarray
 
 
 def packed(tree: PyTree, dtype: DTypeLike, chunk: int | None = None) -> tuple[Form, Packed]:
-    """Pack a tree of numbers, or of leaves (..., lanes), in pieces of ``chunk`` lanes.
+    """Return the form of a tree and its packed numbers, floating-point ones in ``dtype``.
 
-    Floating numbers come in ``dtype``.
+    With ``chunk`` the leaves are (..., lanes); they are divided into chunks of so many lanes.
     """
     leaves, structure = jax.tree.flatten(tree)
     arrays = [np.asarray(leaf) for leaf in leaves]
@@ -70,7 +70,7 @@ def packed(tree: PyTree, dtype: DTypeLike, chunk: int | None = None) -> tuple[Fo
         rows = [array.reshape(-1, count, chunk).swapaxes(0, 1) for array in selected]
         buffer = np.empty((count, sum(part.shape[1] for part in rows), chunk), kind)
         begin = 0
-        with np.errstate(over="ignore"):  # infinite in float32: that individual has diverged
+        with np.errstate(over="ignore"):  # too large for float32: infinite, the individual fails
             for part in rows:
                 buffer[:, begin : (begin := begin + part.shape[1])] = part
         return buffer
@@ -81,7 +81,7 @@ def packed(tree: PyTree, dtype: DTypeLike, chunk: int | None = None) -> tuple[Fo
 
 
 def unpacked(form: Form, numbers: Packed) -> PyTree:
-    """The tree again, from ``numbers`` (numbers,), or from those of some lanes (numbers, lanes)."""
+    """Return the tree from its packed ``numbers``, (numbers,), or (numbers, lanes) of a chunk."""
     leaves, used = [], [0, 0]
     for integers, shape in form.leaves:
         begin = used[integers]

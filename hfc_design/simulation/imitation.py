@@ -17,7 +17,7 @@ from hfc_design.files.machine import PlantSettings, SensorSettings
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.simulation.evaluating import evaluate
 
-#: Letters of a name, and what a network's begins with.
+#: Most letters of a design's name, and the beginning of that of a network.
 LONGEST, BEGINNING = 64, "neural-"
 
 
@@ -26,7 +26,7 @@ class Taught(NamedTuple):
 
     design: Design
     training: Trained
-    samples: int  # of all axes
+    samples: int  # number in the lesson, of all axes
     unit: str  # of the command
 
 
@@ -37,13 +37,13 @@ def taught(
     start: AnyDesign | None = None,
     lesson: Lesson | None = None,
 ) -> Taught:
-    """Train a network with all axes of ``teacher`` in the motion of ``scenario``.
+    """Train a network with errors and commands of all axes of ``teacher`` in ``scenario``.
 
-    With several motions it is the first. ``network`` has the numbers beside the weights, see
-    ``NeuralDesign``; ``start`` is a neural design whose training is continued.
+    Of several motions the first is used. ``network`` sets numbers of the controller other than the
+    weights, see ``NeuralDesign``; ``start`` is a neural design whose training is continued.
 
     Raises:
-        UserError: the teacher diverges, or the network; or a number is not allowed.
+        UserError: teacher or training diverge, sensors are not ideal, or a number is not allowed.
     """
     teacher, scenario = load_design(teacher), load_scenario(scenario).each_motion()[0]
     if scenario.sensors != SensorSettings():
@@ -75,7 +75,7 @@ def taught(
 def _design(
     teacher: Design, plant: PlantSettings, trained_network: Trained, origin: Json
 ) -> Design:
-    """The design of a network for the machine that its teacher moved."""
+    """Return the design of a trained network, for the machine of its teacher."""
     data = teacher.model_dump(mode="json", exclude={"score", "controller", "provenance"})
     data["name"] = (BEGINNING + teacher.name)[:LONGEST]
     data["plant"] = plant.in_full()

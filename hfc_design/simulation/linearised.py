@@ -1,13 +1,13 @@
 """The simulated loop, linearised in steady motions: the source of poles, margins and stiffness.
 
 ``closed_loop.next_state`` is one control sample; it is differentiated in two parts that are
-connected by the signals. The machine with its sensors, delays and everything else around a drive is
-the same for every controller, so that a search needs it once; a controller is small, and every law
-has a slope. Steps of encoders and converters are left out, and no limit is reached: see
-``Loop.smooth``. An operating point is a steady motion at the speed of a reference, in which all
-moving quantities are shifted by the same distance from sample to sample. There the commands are
-those that the machine needs, and the memory of the controller and its remaining errors are such
-that it gives these commands.
+connected by the signals. The machine, with its sensors, delays and other effects around the drives,
+is the same for every controller: a search differentiates it once. The other part is the controller.
+Steps of encoders and converters are left out, and no limit is reached: see ``Loop.smooth``.
+An operating point is a steady motion at the speed of a reference, in which all moving quantities
+are shifted by the same distance from sample to sample. The commands are those that the machine
+needs, and the memory of the controller and its remaining errors are such that it gives these
+commands. A *lane* is one machine in one steady motion, with one controller.
 """
 
 from collections.abc import Callable
@@ -30,13 +30,13 @@ from hfc_design.stability.margins import OpenLoop
 from plants import Machine
 from plants.around import commanded, fine
 
-#: Newton's steps at most, and the change [1] at which it has come, or has come near enough.
+#: Newton's method: most steps, relative change that ends it, and one that is still accepted.
 TRIES, SETTLED, NEAR = 30, 1e-9, 1e-5
-#: A matrix of even numbers with a smaller determinant may be singular.
+#: A balanced matrix with a smaller determinant may be singular.
 SINGULAR = 1e-7
-#: What differs by a smaller share is the same but for its last bits.
+#: Numbers with a smaller relative difference differ by rounding only.
 ROUNDED = 1e-13
-#: How many times as fast a motion is looked for first where none is found.
+#: Factor on the speeds at which a motion is sought first if none is found at the speeds themselves.
 FAST = 1e3
 
 
@@ -46,15 +46,15 @@ class Told(NamedTuple):
     kind: str = "told"
 
     def initial_memory(self, zero: Scalar) -> Memory:
-        """Nothing."""
+        """Return no memory."""
         return ()
 
     def step(self, xp: Xp, gains: Gains, memory: Memory, view: View) -> Stepped:
-        """The commands, and the view."""
+        """Return the gains as commands, and the view as memory."""
         return gains, (view.axes, view.path)
 
 
-#: It runs a moment, and is compiled in a fifth of the time.
+#: Compiler options for a program that runs only briefly: it compiles in a fifth of the time.
 QUICKLY = {"xla_backend_optimization_level": 0, "xla_llvm_disable_expensive_passes": True}
 
 
@@ -62,10 +62,10 @@ QUICKLY = {"xla_backend_optimization_level": 0, "xla_llvm_disable_expensive_pass
 def _of_machine(
     code: Code, numbers: Any, nominal: Any, true: Any, every: Any, row: Any, x: Any
 ) -> Any:
-    """For every lane the result of a sample from ``x``, its derivatives, and the signals as a tree.
+    """Return per lane the values after a sample, derivatives by ``x``, and the signals as a tree.
 
-    ``x`` are the numbers of the machine, commands, shifts of the references, and additional loads;
-    the result has the numbers a sample later, signals and positions.
+    ``x`` has the states of the machine, commands, shifts of the references, and additional loads.
+    The values are the states a sample later, the signals, and the positions before the sample.
     """
     loop: Loop = joined(code, numbers)
 
@@ -98,7 +98,7 @@ def _of_machine(
 
 
 class Steady(NamedTuple):
-    """Machines linearised in steady motions; every leaf begins with the lanes.
+    """Machines linearised in steady motions; the first axis of every leaf is that of the lanes.
 
     ``x(k+1) = a x + b u + e w`` for commands u and loads w; signals are ``s = c x`` and positions
     ``p = d x``.
@@ -109,35 +109,35 @@ class Steady(NamedTuple):
     c: Floats  # (signals, states)
     d: Floats  # (axes, states)
     e: Floats  # (states, axes)
-    off: Floats  # (signals, axes) what an error of one changes of what is seen
+    off: Floats  # (signals, axes) change of the signals if the error of an axis grows by 1
     view: Any  # the signals as a tree
     signals: Floats  # (signals,)
-    change: Floats  # (signals,) of them, from a sample to the next
-    commands: Floats  # (axes,)
-    exists: Mask  # whether there is such a motion
+    change: Floats  # (signals,) change of the signals from one sample to the next
+    commands: Floats  # (axes,) that the motion needs
+    exists: Mask  # whether the steady motion was found
 
 
 class _Near(NamedTuple):
-    """Results of a sample for machines at some numbers, a lane each."""
+    """Machines linearised at given states and commands, one a lane."""
 
     a: Floats  # (lanes, states, states)
     c: Floats  # (lanes, signals, states)
-    along: Floats  # (lanes, states, axes) what moves with a unit of way
+    along: Floats  # (lanes, states, axes) change of the states over a unit of travel of an axis
     value: Floats
     slopes: Floats
     view: Any
-    errors: Integers  # places of the errors among the signals
+    errors: Integers  # indices of the errors among the signals
 
 
 class _Machines:
-    """Machines that follow rows with speeds (lanes, axes), a lane each, without a controller."""
+    """Machines without a controller, one a lane, in steady motion at ``speeds`` (lanes, axes)."""
 
     def __init__(self, loop: Loop, nominal: Any, true: Any, rows: Samples, speeds: Floats):
         self._loop = _without_steps(loop._replace(controller=Told()))
         self._code, self._numbers = self._loop.apart
         self.every, self.speeds = float(np.ravel(rows.sample_time)[0]), speeds
         self._given = nominal, true, np.float64(self.every), rows
-        #: About the command that a speed takes, where a drive tells its highest one.
+        #: Approximate command over speed of each axis; 0 for a drive without a known top speed.
         self._pushes = np.zeros(speeds.shape[1])
         for k, (drive, parameters) in enumerate(zip(loop.machine.drives, nominal, strict=True)):
             most, top = (
@@ -149,9 +149,9 @@ class _Machines:
         self.size = self.begun(1.0).shape[1] - speeds.shape[1]
 
     def begun(self, factor: float) -> Floats:
-        """(lanes, states + axes) at the first sample, with all speeds multiplied by a factor.
+        """Return initial states and commands, (lanes, states + axes), for speeds times ``factor``.
 
-        The last ones are about the commands that these speeds need.
+        The commands are roughly those that the speeds need; 0 if ``factor`` is not 1.
         """
         speeds, pushes = factor * self.speeds, self._pushes * self.speeds * (factor == 1.0)
         drives, states = self._loop.machine.drives, []
@@ -160,30 +160,30 @@ class _Machines:
             states.append(state._replace(**dict.fromkeys(rates, speed)))
         fixed = self._loop.coefficients(self._given[1])
         whole = start(self._loop, fixed, 0.0, tuple(states))._replace(commands=())
-        # An amplifier at its limit would not answer: see plants.five_axis.
+        # With other commands an amplifier at its limit would have no slope: see plants.five_axis.
         moving = tuple(map(commanded, whole.states, pushes.T))
         leaves = *jax.tree.leaves(whole._replace(states=moving)), *pushes.T
         each = [np.broadcast_to(np.asarray(leaf, float), len(speeds)) for leaf in leaves]
         return np.stack(each, axis=1)
 
     def near(self, x: Floats) -> _Near:
-        """Linearise near states and commands."""
+        """Return the machines linearised at states and commands ``x`` (lanes, states + axes)."""
         more = np.concatenate([x, 0.0 * self.speeds, 0.0 * self.speeds], axis=1)
         value, slopes, view = _of_machine(self._code, self._numbers, *self._given, more)
         value, slopes, errors = np.array(value), np.array(slopes), _errors(view)
-        # A distance has no slope at 0: it grows either way.
+        # The slope of a distance is nan at 0, where it grows in both directions.
         slopes[:, self.size :] = np.nan_to_num(slopes[:, self.size :])
         a = slopes[:, : self.size, : self.size]
         c = slopes[:, self.size : -self.speeds.shape[1], : self.size]
         along = _along(a, c[:, errors])
-        # What depends on the place, as cogging does, is 0 in the mean over the way.
+        # The effect of a position-dependent force, such as cogging, is 0 in the mean of the travel.
         off = a @ along - along
         off[np.abs(off) <= ROUNDED * (np.abs(a) @ np.abs(along))] = 0.0
         off[~self.speeds.any(axis=1)] = 0.0
         return _Near(a + off @ c[:, errors], c, along, value, slopes, view, errors)
 
     def followed(self, x: Floats, factor: float) -> tuple[Floats, Mask]:
-        """States and commands by Newton's method from ``x``, and whether they are found."""
+        """Return states and commands by Newton's method from ``x``, and whether they are steady."""
         (lanes, axes), size = self.speeds.shape, self.size
         for _ in range(TRIES):
             one = self.near(x)
@@ -204,11 +204,11 @@ class _Machines:
 
 
 def steady(loop: Loop, nominal: Any, true: Any, rows: Samples, speeds: Floats) -> Steady:
-    """Machines that follow ``rows`` with ``speeds`` (lanes, axes), linearised in float64."""
+    """Return machines in steady motion along ``rows`` at ``speeds`` (lanes, axes), in float64."""
     with jax.enable_x64(True):
         machines = _Machines(loop, nominal, true, rows, speeds)
         x, converged = machines.followed(machines.begun(1.0), 1.0)
-        if not converged.all():  # nothing touches behind a gap; much faster, what brakes does
+        if not converged.all():  # parts behind a gap do not touch; braking at high speed closes it
             fast, _ = machines.followed(machines.begun(FAST), FAST)
             off = (machines.begun(1.0) - machines.begun(FAST))[:, : machines.size]
             fast[:, : machines.size] += off
@@ -237,9 +237,9 @@ def steady(loop: Loop, nominal: Any, true: Any, rows: Samples, speeds: Floats) -
 
 
 def _heard(slopes: Floats) -> Mask:
-    """(states,) which of them change a signal or a position now or later.
+    """Return which states (states,) change a signal or a position, now or later.
 
-    Others may run by themselves, as a count of samples does, and are no part of any loop.
+    Other states, such as a count of samples, may change by themselves and are no part of a loop.
     """
     size, hears = slopes.shape[2], (slopes != 0.0).any(axis=0)
     observable = hears[size:].any(axis=0)
@@ -249,19 +249,19 @@ def _heard(slopes: Floats) -> Mask:
 
 
 def _without_steps(loop: Loop) -> Loop:
-    """``Loop.smooth``, also without the steps of encoders and converters inside the drives."""
+    """Return ``Loop.smooth`` without limits, and without steps and limits inside the drives."""
     smooth = loop.smooth
     limits = (None,) * len(loop.limits)
     return smooth._replace(machine=_fine(smooth.machine), limits=limits)
 
 
-@cache  # the same machine for the same one: it is a key of compiled code
+@cache  # always the same object for a machine: it is a key of compiled code
 def _fine(machine: Machine) -> Machine:
     return replace(machine, drives=tuple(map(fine, machine.drives)))
 
 
 def _unlimited(controller: Any) -> Any:
-    """The controller without limits on the size and rate of its commands."""
+    """Return the controller without limits on the size and rate of its commands."""
     if isinstance(controller, RateLimited):
         return _unlimited(controller.inner)
     if isinstance(controller, tuple) and not hasattr(controller, "_fields"):
@@ -274,13 +274,13 @@ def _unlimited(controller: Any) -> Any:
 
 
 def _errors(view: Any) -> Integers:
-    """Places of the errors of all axes among the signals."""
+    """Return the indices of the errors of all axes among the signals."""
     keys = (path[-1] for path, _ in jax.tree_util.tree_flatten_with_path(view)[0])
     return np.array([k for k, key in enumerate(keys) if getattr(key, "key", "") == "error"])
 
 
 def _along(a: Floats, errors: Floats) -> Floats:
-    """(lanes, states, axes) what moves with a unit of way of each axis, and changes least else."""
+    """Return ``_Near.along``, the change of states by a unit of travel that a step alters least."""
     lanes, size, axes = *a.shape[:2], errors.shape[1]
     ways = np.concatenate([np.zeros((size, axes)), -np.eye(axes)])
     whole = np.concatenate([a - np.eye(size), errors], axis=1)
@@ -289,7 +289,7 @@ def _along(a: Floats, errors: Floats) -> Floats:
 
 
 def solved(matrix: Floats, right: Floats) -> Floats:
-    """(lanes, n) least-squares solutions of equations, scaled to balanced units."""
+    """Return least-squares solutions (lanes, n) of ``matrix x = right``, in balanced units."""
     rows, columns = np.ones(matrix.shape[:2]), np.ones(matrix.shape[::2])
     for _ in range(3):
         for axis in (2, 1):
@@ -309,25 +309,25 @@ def solved(matrix: Floats, right: Floats) -> Floats:
 
 
 class Controllers(NamedTuple):
-    """Controllers linearised about steady motions; every leaf begins with the lanes.
+    """Controllers linearised about steady motions; the first axis of every leaf is that of lanes.
 
-    ``m(k+1) = a m + b s``, and the commands are ``c m + d s``.
+    ``m(k+1) = a m + b s`` for a memory m and signals s; the commands are ``c m + d s``.
     """
 
     a: Floats  # (memory, memory)
     b: Floats  # (memory, signals)
     c: Floats  # (axes, memory)
     d: Floats  # (axes, signals)
-    errors: Floats  # (axes,) that are left
-    exists: Mask  # whether they can give the commands that are needed
+    errors: Floats  # (axes,) that remain in the steady motion
+    exists: Mask  # whether a state was found in which they give the needed commands
 
 
 def controlled(
     loop: Loop, nominal: Any, gains: Gains, near: Steady, off: Floats | None = None
 ) -> Controllers:
-    """Linearise controllers with ``gains`` for each lane of ``near``.
+    """Return controllers with ``gains``, linearised in the steady motion of each lane of ``near``.
 
-    ``off`` (lanes,) is added to their errors.
+    If ``off`` (lanes,) is given, it is added to the errors at which they are linearised.
     """
     law = _unlimited(loop.controller)
     lanes, axes = near.commands.shape
@@ -340,7 +340,7 @@ def controlled(
     count = size + len(signals_of)
 
     def at(x: Floats) -> tuple[Floats, Floats, Floats]:
-        """Residuals of the equations for memories and errors ``x``, derivatives, all slopes."""
+        """Return residuals for memories and errors ``x``, derivatives of these, and all slopes."""
         signals = near.signals + (near.off @ x[:, size:, None])[..., 0]
         whole = np.concatenate([x[:, memory], signals], axis=1).T
         given = [
@@ -379,7 +379,7 @@ def controlled(
 def _by_newton(
     at: Callable[[Floats], tuple[Floats, Floats, Floats]], x: Floats, wanted: float
 ) -> tuple[Floats, Floats, Floats]:
-    """Solve from ``x`` to a residual of at most ``wanted``; also return it and the slopes."""
+    """Return solutions, residuals (``wanted`` at most, if it converges) and slopes, from ``x``."""
     left, matrix, slopes = at(x)
     size_of = np.maximum(np.abs(matrix).max(axis=2), np.finfo(float).tiny)
     share = np.ones(len(x))
@@ -400,7 +400,7 @@ def _by_newton(
 
 
 def _living(memory: Memory) -> dict[Any, Any]:
-    """The numbers of a memory that are not learned, by where they are."""
+    """Return the numbers of a memory that are not learned, by their paths in it."""
     return {
         path: number
         for path, number in jax.tree_util.tree_flatten_with_path(memory)[0]
@@ -409,14 +409,14 @@ def _living(memory: Memory) -> dict[Any, Any]:
 
 
 def _rows(leaf: Any) -> Any:
-    """A leaf (..., lanes) as nested tuples of its (lanes,) rows."""
+    """Return a leaf (..., lanes) as nested tuples of its rows (lanes,)."""
     return leaf if np.ndim(leaf) == 1 else tuple(map(_rows, leaf))
 
 
 def loops(near: Steady, controllers: Controllers, lane: int) -> list[tuple[OpenLoop, OpenLoop]]:
-    """For each axis of a lane, its loop, opened at its command while the other axes are closed.
+    """Return two loops for each axis of a lane: one opened at the command of the axis, one closed.
 
-    The second of each pair is the closed loop from its load to its position.
+    In the first, the other axes are closed. The second leads from load to position of the axis.
     """
     size, more = near.a.shape[-1], controllers.a.shape[-1]
     c = np.hstack([controllers.d[lane] @ near.c[lane], controllers.c[lane]])

@@ -1,10 +1,10 @@
 """Margins of a design's loop as simulated, at the speeds of a scenario's motions.
 
-They are computed exactly for a design; for the margins that a scenario requires, they are computed
-for a whole population before it is simulated. In the second case the machine with its sensors,
-which is the same for all individuals, is a response at some frequencies, and a controller is small
-in comparison. Values between these frequencies are interpolated, so slightly more is required than
-the scenario states.
+``loop_margins`` computes them exactly for one design. ``AskedMargins`` computes those that a
+scenario requires for a population, before it is simulated. The machine with its sensors is the same
+for all individuals: its response is computed once, at some frequencies. Values between them are
+interpolated, so slightly more is required than the scenario states. A *lane* is one loop, that of
+one individual on one machine at one operating point.
 """
 
 from copy import copy
@@ -28,25 +28,25 @@ from hfc_design.simulation.sensors import largest_command
 from hfc_design.stability.margins import ASKED, OpenLoop, crossings, largest, margins, swung
 from hfc_design.stability.report import At, LoopMargins, band, numbers
 
-#: Machines beside the nominal one that the band is of.
+#: Number of machines beside the nominal one from which a band of margins is computed.
 BAND = 20
-#: Speeds of a path that differ by no more are the same.
+#: Factor by which two speeds of a path may differ and still count as equal.
 ALIKE = 1.01
-#: A motion that is slower than this share of its highest speed stands.
+#: A speed below this share of the highest speed of a motion counts as rest.
 STANDS = 0.01
-#: A response that is nowhere larger is none.
+#: Angles at which the response of a loop is checked, and the largest magnitude that counts as 0.
 LOOKED_AT, NOTHING = np.geomspace(1e-3, 3.0, 9), 1e-9
-#: Frequencies of a search, in shares of half the sampling frequency, and how much more is asked.
+#: Frequencies in a search [half the sampling rate], and factor by which more is required.
 FREQUENCIES, STRICTER = np.geomspace(1e-3, 1.0, 64), 1.01
-#: Poles beyond this have peaks too narrow for these: where they are looked for, in half widths.
+#: Poles of larger magnitude have narrow peaks, which are sought at these half widths from the pole.
 LIGHT, ABOUT = 0.9, np.linspace(-1.0, 1.0, 5)
-#: So near to -1 the stress by a mode may lead a loop that is searched.
+#: Largest value of ``swung`` that a search allows: how near to -1 a mode may lead a loop.
 NEAR = 0.6
-#: Samples in which a loop that grows is to have grown little, and the growth that is rounding.
+#: Samples over which the growth of an unstable loop is counted, and growth that is only rounding.
 LONG, ROUNDED = 1000, 1e-6
-#: Error at which every table has ended, in its unit.
+#: Error beyond the outermost terms of every rule table, in the unit of the table.
 FAR_OFF = 1e6
-#: Places of the machines that just have to hold, in shares of those that a stress forgives.
+#: Ranks of the machines that are checked, as shares of the number that may fail under a stress.
 LIMIT = np.array([0.55, 0.7, 0.85, 1.0])
 HELD = "a small command moves no measured signal there: friction or backlash holds it"
 CANNOT = " cannot be linearised"
@@ -57,18 +57,18 @@ class Point(NamedTuple):
     """A steady motion of a machine."""
 
     name: str
-    row: Samples  # one column
+    row: Samples  # one column of the samples
     speeds: tuple[float, ...]  # of each axis [of its position, per s]
 
 
 def operating_points(scenario: Scenario) -> list[Point]:
-    """Operating points: at rest, and where each motion is slowest and fastest; each speed once."""
+    """Return operating points: rest, and where motions are slowest and fastest; each speed once."""
     points: dict[tuple[float, ...], Point] = {}
     for motion in scenario.each_motion():
         samples, name = motion.samples(), motion.name.removeprefix(f"{scenario.name}.")
         rates = np.array([axis.reference_rate for axis in samples.axes])
         sizes = np.linalg.norm(rates, axis=0)
-        # Where it is so for a while, as on a circle, all axes are to move.
+        # If this speed lasts for a while, as on a circle, a place is chosen where all axes move.
         alike = np.abs(rates).min(axis=0) / max(sizes.max(), np.finfo(float).tiny)
         slow, fast = sizes <= sizes.min() * ALIKE, sizes * ALIKE >= sizes.max()
         slowest, fastest = (int(np.where(some, alike, -1.0).argmax()) for some in (slow, fast))
@@ -84,7 +84,7 @@ def operating_points(scenario: Scenario) -> list[Point]:
 
 
 def _steady_row(motion: Scenario, samples: Samples, k: int, speeds: tuple[float, ...]) -> Samples:
-    """Column ``k`` as if the machine had always moved so, under its constant load."""
+    """Return column ``k`` for a machine that always moves at ``speeds``, under constant load."""
 
     def first_of(leaf: Floats) -> Floats:
         return np.asarray(leaf, float)[..., k]
@@ -103,7 +103,7 @@ def _steady_row(motion: Scenario, samples: Samples, k: int, speeds: tuple[float,
 
 
 def near(loop: Loop, machines: Machines, points: list[Point]) -> Steady:
-    """Machines of a loop without a controller, linearised at each of the points in turn."""
+    """Return the machines without a controller, each linearised at all points in turn."""
     count = machines.size
     true = jax.tree.map(lambda leaf: np.repeat(leaf, len(points)), machines.actual)
     rows = jax.tree.map(
@@ -116,13 +116,13 @@ def near(loop: Loop, machines: Machines, points: list[Point]) -> Steady:
 def loop_margins(
     design: AnyDesign, scenario: AnyScenario, machines: Machines | None = None
 ) -> LoopMargins:
-    """Margins of a design at the operating points of a scenario.
+    """Return the margins of a design at the operating points of a scenario.
 
-    ``machines`` are the nominal one and others, for which a range is given; without them only the
-    nominal machine is used.
+    ``machines`` are the nominal one and others, whose margins are given as a band; None: only the
+    nominal machine.
 
     Raises:
-        UserError: the two do not fit, or an own part cannot be linearised.
+        UserError: design and scenario do not fit, or a user's own part cannot be linearised.
     """
     design = load_design(design)
     scenario = with_converter(load_scenario(scenario), design)
@@ -159,7 +159,7 @@ def loop_margins(
 def _at(
     scenario: Scenario, about: Steady, controllers: Controllers, lane: int, machine: Machines
 ) -> list[tuple[str, Json, OpenLoop | None]]:
-    """For each axis the reason why it has no margins, else its numbers and its loop."""
+    """Return for each axis why it has no margins, or "", the margins, and the open loop."""
     every, axes = scenario.simulation.sample_time_s, scenario.machine.axes
     if why := _why(scenario, about, controllers, lane, machine):
         return [(why, {}, None)] * len(axes)
@@ -175,7 +175,7 @@ def _at(
 def _why(
     scenario: Scenario, about: Steady, controllers: Controllers, lane: int, machine: Machines
 ) -> str:
-    """Reason why a loop cannot be linearised at a point; "" if it can."""
+    """Return the reason why a loop cannot be linearised at a point; "" if it can."""
     if not about.exists[lane]:
         gap = "with its backlash " * any(getattr(x, "backlash", 0.0) > 0.0 for x in machine.actual)
         return f"{gap}no steady motion was found there, so the loop cannot be linearised"
@@ -193,9 +193,9 @@ def _why(
 class AskedMargins:
     """The loop of a scenario on its nominal machine, and the margins that are required of it.
 
-    There are also ``rubbing`` machines with the friction of a stress, at the slowest sliding that
-    is required: at the limit that the stress allows, their loops must not be unstable. ``narrow``:
-    light damping between the frequencies is included, as is required of finalists.
+    ``rubbing`` are machines with the friction of a stress. Of these, the loops of the machines that
+    must just pass (``_at_the_limit``) have to be stable too. With ``narrow``, as for finalists, the
+    peaks of lightly damped poles between the frequencies count as well.
     """
 
     def __init__(
@@ -206,11 +206,11 @@ class AskedMargins:
         places = sorted({0, min(1, last), min(2, last), (last + 1) // 2, last})
         laws, met = places, [*range(len(places))]
         self._rest = len(places) if last > 0 else -1
-        if last > 0:  # what shakes is not held by friction: the law at rest meets what moves
+        if last > 0:  # friction does not hold a trembling axis: law at rest, machine in motion
             laws, met = [*places, 0], [*met, 1]
         self._off = np.zeros(len(laws))
         if last > 0 and scenario.robust and scenario.stress.unknown_above_hz:
-            # Nor is it at an error of 0: there a law that is stiff near it is another one.
+            # It is not at an error of 0 either: far from it the law may have other slopes.
             laws, met = [*laws, 0, 0, places[1], places[1]], [*met, *[1] * 4]
             self._off = np.append(self._off, [FAR_OFF, -FAR_OFF] * 2)
         with own_code_of(loop, CANNOT):
@@ -219,7 +219,7 @@ class AskedMargins:
         self._loop, self._nominal, self._required = loop, machines.nominal, scenario.margins
         self._stress, self._narrow = scenario.stress if scenario.robust else None, narrow
         sliding = _at_the_limit(scenario, loop, rubbing) if rubbing else None
-        if sliding is not None:  # behind the points
+        if sliding is not None:  # lanes behind those of the points
             self._machines = jax.tree.map(lambda *x: np.concatenate(x), self._machines, sliding)
             self._off = np.append(self._off, np.zeros(len(sliding.exists)))
         self._every = scenario.simulation.sample_time_s
@@ -233,19 +233,19 @@ class AskedMargins:
         self._angles = np.unique(np.r_[np.pi * FREQUENCIES, np.angle(light), modes])
         z = np.exp(1j * self._angles)[:, None, None]
         unit = np.eye(every.a.shape[-1])
-        #: (points, frequencies, signals, axes) signals that commands bring about.
+        #: (points, frequencies, signals, axes) response of the signals to the commands.
         self._answers = every.c[:, None] @ np.linalg.solve(
             z * unit - every.a[:, None], every.b[:, None].astype(complex)
         )
 
     def of(self, controller: Controller) -> "AskedMargins":
-        """The same requirements with another controller."""
+        """Return the same requirements for another controller."""
         clone = copy(self)
         clone._loop = self._loop._replace(controller=controller)
         return clone
 
     def broken(self, gains: Gains) -> Floats:
-        """(individuals,) amount by which each misses the requirements, 0 if it meets them."""
+        """Return how much each individual misses requirements, (individuals,); 0: not at all."""
         machines, controllers, known = self._near(gains)
         places, each = len(self._machines.exists), []
         poles = _closed(machines, controllers)
@@ -254,14 +254,14 @@ class AskedMargins:
         some = self._of_points((machines, controllers, known, poles))
         limits = self._required and self._required | {
             "modes": NEAR
-        }  # or that they do not grow, alone
+        }  # without required margins only stability is required
         margin_values = self._margins(*some) if limits else {}
         rest = np.arange(len(some[2]))[:, None] % len(self._answers) == self._rest
         for name, limit in limits.items():
             value, more = margin_values[name], name == "modes" or ASKED[name][1]
             with np.errstate(divide="ignore"):
                 over = value / limit * STRICTER if more else limit * STRICTER / value
-            over = np.where(rest & (name != "modes"), 0.0, over)  # of margins it is asked as it is
+            over = np.where(rest & (name != "modes"), 0.0, over)  # only modes count there
             each.append(np.nan_to_num(over - 1.0, nan=0.0, posinf=np.inf))
         count = len(self._answers)
         worst = [one.max(axis=1, initial=0.0).reshape(-1, count).max(axis=1) for one in each]
@@ -271,9 +271,9 @@ class AskedMargins:
         return np.asarray(sum(1.0 - 1.0 / (1.0 + one) for one in worst))
 
     def margins(self, gains: Gains) -> dict[str, Floats]:
-        """(individuals x points, axes) of each margin; nan for a loop that cannot be linearised.
+        """Return each margin (individuals x points, axes); nan where a loop cannot be linearised.
 
-        They mean nothing for an unstable loop.
+        The margins of an unstable loop mean nothing.
         """
         machines, controllers, known = self._near(gains)
         return self._margins(
@@ -281,12 +281,12 @@ class AskedMargins:
         )
 
     def _of_points(self, every: Any) -> Any:
-        """(individuals x points) of the leaves for all machines, without the machines that rub."""
+        """Return the lanes (individuals x points) of leaves, without the ``rubbing`` machines."""
         lanes = np.arange(len(jax.tree.leaves(every)[0])) % len(self._machines.exists)
         return jax.tree.map(lambda leaf: leaf[lanes < len(self._answers)], every)
 
     def _near(self, gains: Gains) -> tuple[Steady, Controllers, Mask]:
-        """(individuals x machines) machines, controllers, and whether both were found."""
+        """Return machines, controllers, and which were found, in lanes (individuals x machines)."""
         points, count = len(self._machines.exists), jax.tree.leaves(gains)[0].shape[-1]
         every = jax.tree.map(lambda leaf: np.repeat(leaf, points, axis=-1), gains)
         machines: Steady = jax.tree.map(
@@ -300,7 +300,7 @@ class AskedMargins:
     def _margins(
         self, machines: Steady, controllers: Controllers, known: Mask, poles: Any
     ) -> dict[str, Floats]:
-        """(lanes, axes) of each margin, where it is ``known``."""
+        """Return each margin (lanes, axes); nan for lanes that are not ``known``."""
         with np.errstate(all="ignore"):
             through = _responses(controllers, self._answers, self._angles)
             whole = np.eye(through.shape[-1]) - through
@@ -326,7 +326,7 @@ class AskedMargins:
         return {name: np.where(known, each, np.nan) for name, each in both.items()}
 
     def _swung(self, loop: Any, crossover: Floats) -> Floats:
-        """(lanes, axes) how near the modes of the stress lead a loop to -1, see ``swung``."""
+        """Return how near modes of the stress lead loops to -1, (lanes, axes), see ``swung``."""
         stress, hz = self._stress, self._angles / (2.0 * np.pi * self._every)
         nearest = np.zeros(loop.shape[:-1])
         if stress is None:
@@ -344,9 +344,9 @@ class AskedMargins:
 
 
 def _at_the_limit(scenario: Scenario, loop: Loop, machines: Machines) -> Steady | None:
-    """The machines that just have to pass, at the slowest sliding; None if no motion moves.
+    """Return the machines that just have to pass, at the lowest speed; None if no motion moves.
 
-    They are sorted by how fast each leaves its sliding by itself.
+    These have the ranks ``LIMIT`` by the largest pole of a machine without control, worst first.
     """
     pairs = zip(scenario.motions, scenario.nominal_only, strict=False)  # no motions: it is one
     of_all = {"motions": tuple(motion for motion, alone in pairs if not alone)}
@@ -360,7 +360,7 @@ def _at_the_limit(scenario: Scenario, loop: Loop, machines: Machines) -> Steady 
 
 
 def _closed(machines: Steady, controllers: Controllers) -> Any:
-    """(lanes, poles) of the closed loops, which grow beyond 1."""
+    """Return the poles (lanes, poles) of the closed loops; a magnitude above 1 is unstable."""
     moved, given = machines.a + machines.b @ controllers.d @ machines.c, machines.b @ controllers.c
     return np.linalg.eigvals(
         np.nan_to_num(np.block([[moved, given], [controllers.b @ machines.c, controllers.a]]))
@@ -368,7 +368,7 @@ def _closed(machines: Steady, controllers: Controllers) -> Any:
 
 
 def _thin(machines: Steady, controllers: Controllers, closed: Any) -> Floats:
-    """(lanes, 1) the largest |1 / (1 + L)| about light poles, of distances from open and closed."""
+    """Return the largest |1 / (1 + L)| near lightly damped closed poles, (lanes, 1); 0: none."""
     begun = np.hstack([np.linalg.eigvals(np.nan_to_num(x)) for x in (machines.a, controllers.a)])
     angles = np.angle(closed)[..., None] + (1.0 - np.abs(closed))[..., None] * ABOUT
     z = np.exp(1j * angles.reshape(len(closed), -1, 1))
@@ -379,7 +379,7 @@ def _thin(machines: Steady, controllers: Controllers, closed: Any) -> Floats:
 
 
 def _peaks(sizes: Floats) -> Floats:
-    """(lanes, axes) the tops of (lanes, frequencies, axes), of a parabola through each three."""
+    """Return the maxima (lanes, axes) over frequencies, of parabolas through each three values."""
     before, here, after = (np.log(sizes[:, k : k - 2 or None]) for k in range(3))
     top, steep, bent = here, 0.5 * (after - before), after + before - 2.0 * here
     top = here - np.where((bent < 0.0) & (np.abs(steep) <= -bent), 0.5 * steep**2 / bent, 0.0)
@@ -387,7 +387,7 @@ def _peaks(sizes: Floats) -> Floats:
 
 
 def _responses(controllers: Controllers, answers: Floats, angles: Floats) -> Floats:
-    """(lanes, frequencies, axes, axes) from commands through the machine to new commands."""
+    """Return the responses of new commands to commands, (lanes, frequencies, axes, axes)."""
     z, unit = np.exp(1j * angles)[:, None, None], np.eye(controllers.a.shape[-1])
     output_matrix = controllers.c.swapaxes(1, 2)[:, None].astype(complex)
     inner = np.linalg.solve(

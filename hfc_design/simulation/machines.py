@@ -2,8 +2,8 @@
 
 A parameter is uniform within +-spread of its nominal value, independent of all others and of the
 other axes; a parameter that is 0 stays 0, and those in ``Drive.exact`` do not vary. A machine that
-cannot exist (``Drive.fault``) is drawn again. The quantities in ``AROUND`` vary around every drive,
-unless a parameter of the drive has the same name.
+cannot exist (``Drive.fault``) is drawn again. Effects around the drives (``AROUND``) vary too, if
+they have a tolerance and no parameter has the same name.
 """
 
 from collections.abc import Mapping, Sequence
@@ -34,12 +34,12 @@ def drawn(
     even: bool = False,
     key: str | None = None,
 ) -> tuple[Machines, int]:
-    """Draw ``samples`` machines beside the nominal one; also return how many draws were impossible.
+    """Return the nominal machine and ``samples`` drawn ones, and how many draws were impossible.
 
     ``tolerances`` are the spreads of single parameters. With ``even`` the draw is a Latin
     hypercube: each of ``samples`` parts of every parameter's range is used once, except for
     machines that had to be drawn again. Otherwise the first machines of a seed are the same for
-    every number of samples. ``key`` is that of a spread from a file.
+    every number of samples. ``key`` names the spread in messages if it is from a file.
 
     Raises:
         UserError: nearly no draw gives a possible machine, or a parameter is unknown.
@@ -92,7 +92,7 @@ def drawn(
 
 
 def _around(name: str, most: float, shape: tuple[int, int], seed: list[int]) -> Floats:
-    """(axes, machines) values of an effect around every drive; the nominal machine has none."""
+    """Return values (axes, machines) of an effect around drives; the first machine is nominal."""
     place = np.random.default_rng(seed).uniform(0.0 if name == "backlash" else -1.0, 1.0, shape)
     place[:, 0] = 0.0
     return most * place + (name == "noise")
@@ -101,7 +101,7 @@ def _around(name: str, most: float, shape: tuple[int, int], seed: list[int]) -> 
 def _groups(
     drives: Sequence[Drive], tolerances: Mapping[str, float]
 ) -> list[tuple[Integers, float]]:
-    """Groups of friction parameters that change together: their places and their tolerance."""
+    """Return groups of friction parameters with a common factor: indices, and its tolerance."""
     groups, begin = [], 0
     for drive in drives:
         places = {name: begin + k for k, name in enumerate(drive.parameters._fields)}
@@ -114,7 +114,7 @@ def _groups(
 
 
 def _changed(nominal: tuple[Parameters, ...], factors: Floats) -> tuple[Parameters, ...]:
-    """The parameters of each axis, times the factors of all."""
+    """Return the parameters of each axis times ``factors`` (those of all axes in a row)."""
     values = np.concatenate([np.array(parameters, np.float64) for parameters in nominal]) * factors
     parts = np.split(values, np.cumsum([len(parameters) for parameters in nominal])[:-1])
     pairs = zip(nominal, parts, strict=True)

@@ -14,36 +14,36 @@ from hfc_design.controllers.genome import Genome
 from hfc_design.core.records import UserError, either
 from hfc_design.files.scenario import Scenario
 
-#: Variable of the environment, so that workers have it too: what a run may hold, as in 8GB.
+#: Environment variable with the memory that a run may use, as in 8GB; workers inherit it.
 VARIABLE = "HFC_MEMORY"
-#: What sets it; a script has no option for it.
+#: How a user sets this limit; a script has no option for it.
 LIMIT = either("--memory or ", "") + VARIABLE
-#: Without it a run may hold this share of what the machine has free, and this much anyway.
+#: Without a limit a run may use this share of the free memory, or this much if it is more [bytes].
 SHARE, ANYWAY = 0.8, 1e9
-#: Bytes of the program and what it compiles, of compiling a substep, and of each load and number
-#: that is recorded in a sample, copies included.
+#: Bytes of the process with its compiled programs, of compiling a substep, of a load and of a
+#: recorded number in each sample; copies are included.
 PROGRAM, SUBSTEP, LOAD, NUMBER = 0.32e9, 1.8e6, 48, 26
-#: Bytes of each derivative in a sample and of each machine; copies of an individual.
+#: Bytes of a derivative in each sample, and of a machine; number of copies of an individual.
 DERIVATIVE, MACHINE, COPIES = 27, 8_000, 9
-#: What ``--memory`` may say behind its number.
+#: Units that may follow the number in ``--memory`` [bytes].
 UNITS = {"K": 1e3, "M": 1e6, "G": 1e9, "T": 1e12, "": 1.0}
-#: By the controller that /proc/self/cgroup names ("" in version 2): files with the limit of a group
-#: and the memory that it uses [bytes], and the key of the part of it that is file cache, which the
-#: system can free.
+#: Control groups: controller in /proc/self/cgroup ("" in version 2) -> name of the file with the
+#: limit, name of the file with the used memory [bytes], and key (in memory.stat) of the file cache
+#: in the used memory, which the system can free.
 CONTROL_GROUPS = {
     "": ("memory.max", "memory.current", "inactive_file"),
     "memory": ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"),
 }
-#: What a run holds, by the keys and options that make it large.
+#: Parts of the memory of a run [bytes], by the keys and options that make them large.
 Parts = dict[str, float]
 
 
 def of_motion(scenario: Scenario, designs: int = 1) -> Parts:
-    """Memory to simulate and keep every motion of so many ``designs`` [bytes]."""
+    """Return the memory to simulate and keep every motion of so many ``designs`` [bytes]."""
     simulation, machine = scenario.simulation, scenario.plant.machine
     moments = (2 * simulation.substeps + 1) * len(machine.axes)
     numbers = 3 * len(machine.axes) + len(jax.tree.leaves(machine.initial_state(0.0)))
-    numbers += 27 * scenario.follows_path  # what the contour error is made of
+    numbers += 27 * scenario.follows_path  # from which the contour error is computed
     each = LOAD * moments + NUMBER * (1 + 0.9 * (designs - 1)) * numbers
     compiled = SUBSTEP * simulation.substeps * len(machine.axes)
     steps = sum(motion.simulation.steps for motion in scenario.each_motion())
@@ -51,7 +51,7 @@ def of_motion(scenario: Scenario, designs: int = 1) -> Parts:
 
 
 def of_search(scenario: Scenario, genome: Genome) -> Parts:
-    """Memory of a search, and of a report beside other designs [bytes]."""
+    """Return the memory of a search, and of a report that compares other designs [bytes]."""
     one = genome.empty()
     individual = sum(np.asarray(leaf).nbytes for leaf in jax.tree.leaves(one)) / genome.structures
     parts = {"search.population": COPIES * individual * scenario.search.population}
@@ -63,10 +63,10 @@ def of_search(scenario: Scenario, genome: Genome) -> Parts:
 
 
 def check(what: str, parts: Parts, at_once: int = 1) -> None:
-    """Refuse a computation of which ``at_once`` together need more memory than allowed.
+    """Check that ``at_once`` computations together need no more memory than allowed.
 
     Raises:
-        UserError: they need more, or the limit is not a size.
+        UserError: they need more, or the limit in the environment is not a size.
     """
     needed, most = at_once * (PROGRAM + sum(parts.values())), max(parts, key=parts.__getitem__)
     if setting := os.environ.get(VARIABLE):
@@ -82,10 +82,10 @@ def check(what: str, parts: Parts, at_once: int = 1) -> None:
 
 
 def size(text: str) -> float:
-    """Memory that the user's ``--memory`` gives [bytes].
+    """Return the size in a user's text, such as 8GB [bytes].
 
     Raises:
-        UserError: it is not a size.
+        UserError: the text is not a size.
     """
     match = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?) ?([KMGT]?)i?B?", text.strip(), re.I | re.A)
     if not match or not float(match[1]):
@@ -94,7 +94,7 @@ def size(text: str) -> float:
 
 
 def free() -> float:
-    """Memory that this process could use now, within the limits of its groups [bytes]."""
+    """Return the memory that this process may use now, in total, in its control groups [bytes]."""
     left = [1024 * _words(Path("/proc/meminfo")).get("MemAvailable:", np.inf)]
     for line in _text(Path("/proc/self/cgroup")).splitlines():
         _, controller, path = line.split(":", 2)
@@ -108,7 +108,7 @@ def free() -> float:
 
 
 def _left_by(group: Path, limit: str, used: str, cached: str) -> float:
-    """Memory that one control group leaves [bytes]; the texts are names of its files."""
+    """Return the memory that a control group leaves [bytes]; texts as in ``CONTROL_GROUPS``."""
     bound, now = _text(group / limit).strip(), _text(group / used).strip()
     if not (bound.isdigit() and now.isdigit()):  # "max", or there is no such group
         return np.inf
@@ -123,6 +123,6 @@ def _text(path: Path) -> str:
 
 
 def _words(path: Path) -> dict[str, float]:
-    """Numbers of a file by the word that stands before each."""
+    """Return the number in each line of a file by the word before it."""
     rows = (line.split() for line in _text(path).splitlines())
     return {row[0]: float(row[1]) for row in rows if len(row) > 1 and row[1].isdigit()}

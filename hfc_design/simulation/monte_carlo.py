@@ -55,15 +55,15 @@ class Robustness(NamedTuple):
     machines: Machines  # the nominal one first
     refused_draws: int  # that gave no possible machine
     refined: int  # machines that were simulated again with shorter steps
-    stable: Mask  # (samples,)
+    stable: Mask  # (samples,) of the drawn machines, without the nominal one
     nominal_stable: bool
     nominal: dict[str, float]  # fitness, merit and metrics; nan where there is none
-    values: dict[str, Floats]  # the same of every sample, (samples,)
+    values: dict[str, Floats]  # the same numbers of the drawn machines, (samples,)
     motion: Evaluation  # of the nominal machine
-    ranges: dict[str, Json]  # of its fitness or merit, where that is chaotic
-    reasons: dict[str, int]  # why some of the others are not stable -> how many
-    nominal_reasons: tuple[str, ...]  # why the nominal machine is not
-    meanings: dict[str, str]  # of each metric, with its unit; of a score its title
+    ranges: dict[str, Json]  # of the nominal machine's fitness and merit, where chaotic
+    reasons: dict[str, int]  # why drawn machines are not stable -> how many
+    nominal_reasons: tuple[str, ...]  # why the nominal machine is not stable
+    meanings: dict[str, str]  # of each metric, with its unit; titles of fitness and merit
 
     def __repr__(self) -> str:
         return line("Robustness", self._summary())
@@ -81,7 +81,7 @@ class Robustness(NamedTuple):
 
     @property
     def usable(self) -> bool:
-        """Whether the nominal machine and at least ``ENOUGH`` of the others are stable; no more."""
+        """Whether the nominal machine and at least a share ``ENOUGH`` of the others are stable."""
         return self.nominal_stable and bool(self.stable.mean() >= ENOUGH)
 
     @property
@@ -90,17 +90,17 @@ class Robustness(NamedTuple):
         return share_interval(int(self.stable.sum()), len(self.stable))
 
     def spread_of(self, key: str) -> Floats:
-        """A metric of all the stable samples that have it, in the order of the samples."""
+        """Return a metric of all stable drawn machines that have it, in the order of the draws."""
         values = self.values[key][self.stable]
         return values[np.isfinite(values)]
 
     def quantiles(self, key: str) -> list[float]:
-        """``QUANTILES`` of ``spread_of(key)``, interpolated linearly; nan without any."""
+        """Return ``QUANTILES`` of ``spread_of(key)``, interpolated linearly; nan if it is empty."""
         values = self.spread_of(key)
         return np.quantile(values, QUANTILES).tolist() if len(values) else [np.nan] * len(QUANTILES)
 
     def tables(self) -> list[Table]:
-        """Return quantiles of each metric over the machines as a table."""
+        """Return a table with the quantiles of each metric over the machines."""
         head, rows = ("metric", "nominal", *(f"{100 * x:g} %" for x in QUANTILES), "count"), []
         for key, values in self.numbers()["metrics"].items():
             cells = [MISSING if x is None else three_digits(x) for x in values.values()]
@@ -119,7 +119,7 @@ class Robustness(NamedTuple):
         return [Table(f"Parameters within ±{100 * self.spread:g} %.", head, rows, lines=lines)]
 
     def numbers(self) -> dict[str, Any]:
-        """Return everything but the samples as plain data; None where there is no number."""
+        """Return all but the numbers of single machines, for JSON; None for a missing number."""
         metrics = {}
         for key, nominal in self.nominal.items():
             quantiles = zip(QUANTILES, self.quantiles(key), strict=True)
@@ -214,9 +214,9 @@ def robustness(
 def _columns(
     scenario: Scenario, evaluations: Sequence[Evaluation], measured: Floats
 ) -> tuple[dict[str, Floats], dict[str, str]]:
-    """Scores, metrics and targets, (machines,) each, and their meanings by the same keys.
+    """Return scores, metrics and metrics with a target, (machines,) each, and meanings, by key.
 
-    ``measured`` (machines, values) are the metrics with targets, nan where a motion diverged.
+    ``measured`` (machines, values) ends with metrics with a target and ``STABILITY``, or is nan.
     """
     judge = scenario.judge()
     scores = [one.score(judge) for one in evaluations]
@@ -225,7 +225,7 @@ def _columns(
     meant = {**judge.titles, **meanings(scenario)}
     tolerated = tolerated_metrics(scenario)
     for n, (key, (_, meaning)) in enumerate(tolerated.items(), -len(tolerated) - len(STABILITY)):
-        if key not in meant:  # else it is one of the metrics
+        if key not in meant:  # otherwise it is among the metrics already
             columns[key], meant[key] = measured[:, n], meaning
     return columns, meant
 
@@ -233,9 +233,9 @@ def _columns(
 def _motions(
     design: Design, scenario: Scenario, machines: Machines, progress: Progress, at_once: int
 ) -> Iterator[tuple[Evaluation, Judged]]:
-    """Evaluation of every machine in turn, and the results that ``instabilities`` needs.
+    """Yield for each machine its evaluation, and the results that ``instabilities`` needs.
 
-    At most ``at_once`` machines are simulated together. Only the first one keeps its motion.
+    At most ``at_once`` machines are simulated together. Only the first evaluation has its motion.
     """
     controller, gains = controller_of(design, scenario)
     loop, samples, count = closed_loop(scenario, controller), scenario.samples(), machines.size
@@ -252,7 +252,7 @@ def _motions(
         (each,) = evaluations([scenario], loop, some, gains)
         for k, evaluation in enumerate(islice(each, count - start), start):
             reduced = evaluation._replace(time=np.empty(0), axes=(), contour=None)
-            if k == 0:  # with copies: as it comes, it is a part of that of all that step together
+            if k == 0:  # copied: otherwise it would keep the arrays of the whole chunk in memory
                 axis_copies = (
                     x._replace(motion=jax.tree.map(np.copy, x.motion)) for x in evaluation.axes
                 )
@@ -268,7 +268,7 @@ def check_draw(
     tolerances: Mapping[str, float] = NONE,
     number: str = "samples",
 ) -> None:
-    """Check that machines can be drawn, else UserError; ``number`` names that of machines."""
+    """Raise UserError for a value that is not allowed; messages call ``samples`` ``number``."""
     check_share("spread", spread)
     check_type(tolerances, Mapping, "a mapping of parameters to tolerances")
     for name, tolerance in tolerances.items():
@@ -278,7 +278,7 @@ def check_draw(
 
 
 def _check_steps(scenario: Scenario, machines: Machines) -> None:
-    """Every machine has to be simulated with steps that are short enough, not only the nominal."""
+    """Raise UserError if the integration steps are too long for any of the machines."""
     substeps, drives, needed = scenario.simulation.substeps, scenario.plant.machine.drives, 0
     step = scenario.simulation.sample_time_s / substeps
     for drive, parameters, happens in zip(

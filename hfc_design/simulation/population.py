@@ -1,7 +1,7 @@
 """Simulation of a population of closed loops, up to a hundred thousand: judgements, trajectories.
 
-Inputs and results are NumPy arrays. ``compiled`` spreads a population over the devices;
-``stepping``, which it calls, steps it.
+Inputs and results are NumPy arrays. ``compiled`` spreads a population over the devices and calls
+``stepping``, which simulates it. A *lane* is one individual on one machine.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,7 +25,7 @@ from hfc_design.simulation.closed_loop import Loop, axis_signals
 from hfc_design.simulation.stepping import Inputs, Motions, trailing
 from plants.around import Around, Standing, plain, sampled
 
-#: Of ``Around`` what is never less than 0.
+#: Fields of ``Around`` that are set to 0 where they would be negative.
 LEAST_0 = ("delay_samples", "lag_s", "noise", "backlash", "jitter")
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 
@@ -33,9 +33,10 @@ NOTHING: Mapping[str, Any] = MappingProxyType({})
 class Machines(NamedTuple):
     """Machines of the same kind, each with its own parameters."""
 
-    nominal: tuple[Parameters, ...]  # what the control believes: the record of each axis, numbers
-    actual: tuple[Parameters, ...]  # the record of each axis, leaves (machines,)
-    around: Mapping[str, Floats] = MappingProxyType({})  # (axes, machines), see ``standing``
+    nominal: tuple[Parameters, ...]  # that the control assumes: a record of numbers for each axis
+    actual: tuple[Parameters, ...]  # true ones: a record for each axis, leaves (machines,)
+    #: Deviations of effects around the drives, (axes, machines) each, see ``standing``.
+    around: Mapping[str, Floats] = MappingProxyType({})
 
     @property
     def size(self) -> int:
@@ -43,29 +44,29 @@ class Machines(NamedTuple):
         return trailing(self.actual)
 
     def take(self, chosen: int | Integers) -> "Machines":
-        """The machines that an index array chooses, or the one of an index."""
+        """Return the machines with these indices; for a single index a machine of plain numbers."""
         true = jax.tree.map(lambda leaf: leaf[chosen], self.actual)
         around = {name: x[..., chosen] for name, x in self.around.items()}
         return Machines(self.nominal, true, around)
 
     @property
     def each(self) -> tuple[tuple[Parameters, ...], tuple[Parameters, ...]]:
-        """Parameters that the control assumes for all of them, and the true ones of each."""
+        """Parameters that the control assumes for all machines, and the true ones of each."""
         return self.nominal, self.actual
 
     @property
     def one(self) -> tuple[tuple[Parameters, ...], tuple[Parameters, ...]]:
-        """The same for the first of them, as numbers."""
+        """Assumed and true parameters of the first machine, as numbers."""
         return self.take(0).each
 
 
 def standing(
     machines: Machines, scenario: Scenario, loop: Loop, more: Mapping[str, Any] = NOTHING
 ) -> Machines:
-    """The machines with the effects around their drives, see ``plants.around``.
+    """Return the machines with effects around their drives, if the loop has room for effects.
 
-    The effects of ``scenario``, the deviations of ``machines`` and ``more`` (fields of ``Around``,
-    one number or one for each axis) are added up, except for factors and modes.
+    The effects in ``scenario``, the deviations of ``machines`` and ``more`` (fields of ``Around``,
+    a number or one for each axis) are added up, but factors on the noise are multiplied.
     """
     if not loop.around:
         return machines
@@ -88,7 +89,7 @@ def standing(
 
 
 def one_machine(parameters: tuple[Parameters, ...]) -> Machines:
-    """The machine with these records of its axes, which the control knows."""
+    """Return one machine with these parameters of its axes, which the control assumes too."""
     true = jax.tree.map(lambda number: np.array([number], np.float64), parameters)
     return Machines(parameters, true)
 
@@ -102,28 +103,27 @@ def scores(
     at_once: int = 0,
     steps: int = 0,
 ) -> Judged:
-    """Judge every individual on every machine in every motion, with NumPy results.
+    """Return the judge's results of every individual on every machine in every motion.
 
-    Merit and failures are (individuals, machines, motions), values have a further axis for the
-    objectives, all in float64. One program serves any number of motions of any length. ``gains`` is
-    the controller's record with the individuals in the trailing axis of every leaf. The work is
-    spread over all devices.
+    Merits and failures are (individuals, machines, motions); values have a further axis for
+    objectives and metrics; all are in float64. ``gains`` is the controller's record, with the
+    individuals in the trailing axis of every leaf. The work is spread over all devices.
 
-    ``at_once`` pairs of an individual and a machine are simulated together, or all: then other
-    numbers of individuals and machines share a program. Likewise, with a number of ``steps``,
-    motions whose total length is at most that share a program.
+    ``at_once`` pairs of an individual and a machine are simulated together (0: all); a fixed number
+    lets any number of individuals and machines share a compiled program. Likewise, calls with as
+    many motions share a program if the total length of the motions is at most ``steps``.
     """
     count, each = trailing(gains), machines.size
     lanes = count * each
     width = compiled.filled(at_once or lanes)
     code, data = loop.apart
-    # A loop over a known number of samples is up to a tenth faster, and a program for that number.
+    # For a single motion: a loop of fixed length is up to a tenth faster, but a program of its own.
     joined = len(motions) > 1 or steps > 0
     samples, bounds = _joined(motions, least=steps) if joined else (motions[0], None)
     parts, before = [], None  # what all lanes share is packed once
     with own_code_of(loop), jax.enable_x64(True):
         for start in range(0, lanes, width):
-            lane = np.minimum(np.arange(start, start + width), lanes - 1)  # the last one fills up
+            lane = np.minimum(np.arange(start, start + width), lanes - 1)  # padded with the last
             some = gains if lanes == width == count else _lanes_of(gains, lane // each)
             true = machines.take(lane % each if each > 1 else 0).actual
             inputs = Inputs(data, machines.nominal, true, samples, some, bounds)
@@ -145,27 +145,27 @@ def scores_needed(
     dtype: DTypeLike = np.float32,
     at_once: int = 0,
 ) -> tuple[Judged, Floats]:
-    """Judge every individual on one machine, and count the samples that were simulated.
+    """Return the judge's results on one machine, and the number of simulated samples of each.
 
-    As ``scores``, with the same bits, but an individual that can no longer reach its merit in
-    ``needed`` (individuals,) is stopped: its merit is the best that it could still have reached,
-    and its values mean nothing.
+    The results are those of ``scores``, bit by bit, except that an individual is stopped once it
+    can no longer reach its merit in ``needed`` (individuals,). Its merit is then the best that it
+    could still have reached, and its values mean nothing.
 
-    ``at_once`` individuals are simulated together (0: all), so that populations of any size share
-    a program.
+    ``at_once`` individuals are simulated together (0: all); a fixed number lets populations of any
+    size share a compiled program.
     """
     count = trailing(gains)
     bounds = early_stopping.bounds(len(samples.time))
     samples, _ = _joined([samples])
     width = compiled.filled(at_once or count)
-    # Dealt to the devices in turn: neighbours are alike, and often lost together.
+    # Individuals go to the devices in turn: neighbours are similar, and often stopped together.
     dealt = np.arange(width).reshape(-1, jax.device_count()).T.ravel()
     code, data = loop.apart
     parts, before = [], None
     with own_code_of(loop), jax.enable_x64(True):
         for start in range(0, count, width):
             indices = start + dealt
-            lane = np.minimum(indices, count - 1)  # whoever fills up is lost at once
+            lane = np.minimum(indices, count - 1)  # lanes that fill up are stopped at once
             least = np.where(indices < count, needed[lane], np.inf)
             some = _lanes_of(gains, lane)
             inputs = Inputs(data, *machines.one, samples, some, bounds, least)
@@ -185,7 +185,7 @@ def _lanes_of(gains: Gains, chosen: Integers) -> Gains:
 def trajectory(
     loop: Loop, machines: Machines, samples: Samples, gains: Gains, recorded: int | None = None
 ) -> tuple[Judged, Motions]:
-    """Return ``trajectories`` of one motion, without memories."""
+    """Return the judge's results and the movements of one motion, see ``trajectories``."""
     judged, moved, _ = trajectories(loop, machines, [samples], gains, recorded)[0]
     return judged, moved
 
@@ -197,11 +197,11 @@ def trajectories(
     gains: Gains,
     recorded: int | None = None,
 ) -> list[tuple[Judged, Motions, Memory]]:
-    """For each motion the result of the judge, all movements, and the final controller memories.
+    """Return for each motion the judge's results, all movements, and the final controller memories.
 
-    In float64, as NumPy arrays; all on the only one of ``machines``, or each on a machine of its
-    own. With ``recorded`` all are judged, but only the motions of the first so many are returned.
-    One program serves motions of all lengths for which ``compiled.filled_up_steps`` is the same.
+    They are NumPy arrays in float64. All individuals are on the only machine, or each is on a
+    machine of its own. All are judged, but movements and memories are those of the first
+    ``recorded`` (None: all). Lengths with equal ``compiled.filled_up_steps`` share a program.
     """
     recorded = trailing(gains) if recorded is None else recorded
     separate, (code, data) = machines.size > 1, loop.apart
@@ -217,7 +217,7 @@ def trajectories(
 
 
 def _at(tree: Any, index: int | slice) -> Any:
-    """Index each leaf; small leaves are copied, so that the filled-up rest is freed."""
+    """Return each leaf at an index; small leaves are copied, so that the padded array is freed."""
 
     def taken(leaf: Floats) -> Floats:
         return leaf[index].copy() if leaf.size <= compiled.RECORDED else leaf[index]
@@ -228,9 +228,9 @@ def _at(tree: Any, index: int | slice) -> Any:
 def largest_signals(
     loop: Loop, machines: Machines, motions: Sequence[Samples], gains: Gains
 ) -> dict[str, float]:
-    """Largest value of each signal of the first axis in any motion, one individual in float64.
+    """Return the largest magnitude of each signal of the first axis over all motions.
 
-    The signals are those of ``closed_loop.axis_signals``, as ideal sensors read them.
+    One individual controls the first machine, in float64; the drive's own sensors read the signals.
     """
     largest: dict[str, float] = {}
     drive, nominal = loop.machine.drives[0], machines.take(np.zeros(1, int))
@@ -252,9 +252,9 @@ def error_jacobian(
     dtype: DTypeLike = np.float32,
     chosen: Integers | None = None,
 ) -> tuple[Floats, Floats]:
-    """Tracking error (steps,) of one individual on one machine, and its derivative.
+    """Return the tracking error (steps,) of one individual on the first machine, and a derivative.
 
-    The derivative is (steps, chosen), see ``jacobians``.
+    The derivative of the error is (steps, chosen), see ``jacobians``.
     """
     return jacobians(loop, machines, samples, gains, ("error",), dtype, chosen)["error"]
 
@@ -268,11 +268,11 @@ def jacobians(
     dtype: DTypeLike = np.float32,
     chosen: Integers | None = None,
 ) -> dict[str, tuple[Floats, Floats]]:
-    """Quantities of ``Recorded`` (steps,) of one individual on the first machine, and derivatives.
+    """Return ``quantities`` of ``Recorded`` (steps,), each with its derivative (steps, chosen).
 
-    A derivative is (steps, chosen), with respect to the ``chosen`` parameters or to all of them;
-    the parameters are the floating leaves of ``gains`` (trailing axis 1) one after the other.
-    Forward mode on a population of copies, one for each parameter, is as fast as the population is.
+    One individual moves the first machine. The derivative is by the parameters with the indices
+    ``chosen`` (None: all); parameters are the numbers in the floating leaves of ``gains`` (trailing
+    axis 1) in order. It is computed in forward mode on a population with a copy for each parameter.
     """
     if chosen is None:
         sizes = [leaf.size for leaf in jax.tree.leaves(gains) if leaf.dtype.kind == "f"]
@@ -289,11 +289,11 @@ def jacobians(
 
 
 def own_code_of(loop: Loop, doing: str = " cannot be simulated") -> AbstractContextManager[None]:
-    """Turn an error of a user's own plant, controller or objective into a line."""
+    """Return a context that turns an error of a user's own part of the loop into a line."""
     parts = [("plant", drive.name) for drive in loop.machine.drives]
     parts += [("plant", loop.machine.name), ("controller", loop.controller.kind)]
     parts += [("fitness", objective.name) for objective in loop.judge.objectives]
-    no_memory = jax.errors.JaxRuntimeError  # for one
+    no_memory = jax.errors.JaxRuntimeError  # among others
     devices.make_room()
     return own_code(doing, *parts, passing=(no_memory,))
 
@@ -301,7 +301,7 @@ def own_code_of(loop: Loop, doing: str = " cannot be simulated") -> AbstractCont
 def _joined(
     motions: Sequence[Samples], recorded: int = 0, least: int = 0
 ) -> tuple[Samples, Integers]:
-    """Motions one after the other, filled up behind the last one, and the columns of each."""
+    """Return the motions in a row, padded at the end, and begin and end of each, (motions, 2)."""
     columns = [motion._replace(sample_time=None, start=(), copy_start=()) for motion in motions]
     ends = np.cumsum([0, *(len(motion.time) for motion in motions)])
     behind = np.full(compiled.filled_up_steps(max(int(ends[-1]), least), recorded) - ends[-1], -1)

@@ -14,8 +14,8 @@ from hfc_design.files.machine import SensorSettings
 from hfc_design.motion.samples import AxisSamples
 from plants import Drive
 
-#: Earlier readings of the encoders of an axis, or the estimates of its observers, the newest first,
-#: by the names of the angles; and the rates of its observers.
+#: By the name of each angle of an axis: earlier readings of the encoder, newest first, or the value
+#: that an observer estimates (``Angles``); the velocity that it estimates (``Rates``).
 Angles = dict[str, tuple[Scalar, ...]]
 Rates = dict[str, Scalar]
 
@@ -25,14 +25,14 @@ class Sensors(NamedTuple):
 
     encoder_resolution: float | None  # in the units of the drive; None: ideal
     velocity: str  # where it comes from, see ``SensorSettings``
-    observer: tuple[float, float]  # gains of the observer of velocity
-    readings: tuple[tuple[str, float | None], ...]  # other signals that are measured, resolutions
-    samples: int = 1  # over which the difference of two readings is taken
-    turn: float | None = None  # to half of which the error is folded either way
+    observer: tuple[float, float]  # gains alpha and beta of the velocity observer
+    readings: tuple[tuple[str, float | None], ...]  # other measured signals, with resolutions
+    samples: int = 1  # between two readings whose difference gives the velocity
+    turn: float | None = None  # one turn of an endless axis: errors are kept within half of it
 
 
 def sensors_of(wanted: SensorSettings, sample_time: float) -> Sensors | None:
-    """Sensors of an axis; None if they are ideal."""
+    """Return the sensors of an axis; None if they are ideal."""
     read = tuple((name, reading.resolution or None) for name, reading in wanted.readings.items())
     exact = wanted.encoder_resolution == wanted.noise == 0.0
     if exact and wanted.velocity == "tachometer" and not (read or wanted.turn):
@@ -43,16 +43,16 @@ def sensors_of(wanted: SensorSettings, sample_time: float) -> Sensors | None:
 
 
 def without_steps(sensors: Sensors) -> Sensors:
-    """The sensors with infinitely fine resolutions."""
+    """Return the sensors with infinitely fine resolutions."""
     readings = tuple((name, None) for name, _ in sensors.readings)
     return sensors._replace(encoder_resolution=None, readings=readings)
 
 
 def observer_gains(bandwidth: float, sample_time: float) -> tuple[float, float]:
-    """Gains alpha and beta of an observer with a ``bandwidth`` [Hz] and a sample time [s].
+    """Return gains alpha and beta of an observer with a ``bandwidth`` [Hz] and a sample time [s].
 
-    It follows an angle like the type II tracking loops of resolver-to-digital converters and of the
-    encoder interfaces of drives (Analog Devices, data sheet of the AD2S1210), sampled: a critically
+    The observer is a sampled form of the type II tracking loops of resolver-to-digital converters
+    and encoder interfaces of drives (Analog Devices, data sheet of the AD2S1210): a critically
     damped alpha-beta filter with both poles at exp(-2 pi f T) (Brookner 1998, sec. 1.3).
     """
     pole = exp(-2.0 * pi * bandwidth * sample_time)
@@ -60,7 +60,7 @@ def observer_gains(bandwidth: float, sample_time: float) -> tuple[float, float]:
 
 
 def largest_command(limits: Limits) -> float | None:
-    """The limit, as a multiple of the converter's step; None without a limit."""
+    """Return the largest command that the converter can give; None if there is no limit."""
     if limits.command is None or not limits.resolution:
         return limits.command
     steps = limits.command / limits.resolution * (1.0 + 1e-12)
@@ -68,24 +68,24 @@ def largest_command(limits: Limits) -> float | None:
 
 
 def converted(command: Scalar, limit: Scalar | None, step: Scalar | None) -> Scalar:
-    """Output of a converter for a command: limited and in whole steps; the limit is one of them."""
+    """Return a command in whole steps within a limit, which must be a multiple of ``step``."""
     if step is None:
         return command if limit is None else jnp.clip(command, -limit, limit)
     command = in_steps(command, step)
     if limit is None:
         return command
-    # At the limit to the last bit: whoever counts how long it stands there compares with it.
+    # Exactly the limit: metrics find a command that is at its limit by comparison.
     inside = jnp.abs(command) < limit - 0.5 * step
     return jnp.where(inside, command, jnp.sign(command) * limit)
 
 
 def in_steps(value: Scalar, step: Scalar | None) -> Scalar:
-    """The nearest multiple of a step; the value itself without one."""
+    """Return the multiple of ``step`` that is nearest to a value; the value itself for None."""
     return value if step is None else step * jnp.floor(value / step + 0.5)
 
 
 def folded(sensors: Sensors | None, error: Scalar) -> Scalar:
-    """The error within half a turn in either direction, if the axis turns endlessly."""
+    """Return the error; on an endless axis (``turn``) reduced to at most half a turn."""
     if sensors is None or sensors.turn is None:
         return error
     return error - in_steps(error, sensors.turn)
@@ -94,7 +94,7 @@ def folded(sensors: Sensors | None, error: Scalar) -> Scalar:
 def read(
     sensors: Sensors | None, drive: Drive, signals: dict[str, Scalar], row: AxisSamples
 ) -> dict[str, Scalar]:
-    """Signals of an axis; separately measured ones are as their sensors read them."""
+    """Return the signals of an axis; those in ``readings`` get the noise and steps of a sensor."""
     signals = signals | {"error": folded(sensors, signals["error"])}
     if sensors is None or not sensors.readings:
         return signals
@@ -115,10 +115,10 @@ def measured(
     row: AxisSamples,
     sample_time: Scalar,
 ) -> tuple[State, Angles, Rates]:
-    """State as the controller sees it, and the angles and rates for ``before`` in the next sample.
+    """Return the state as measured, and the angles and rates for ``before`` in the next sample.
 
-    The position is always the reading. An observer predicts each angle with its velocity, and
-    corrects both by the difference of the reading from the prediction.
+    Positions are always readings. An observer predicts an angle from its estimated velocity, and
+    corrects both by the difference between reading and prediction.
     """
     earlier, rates = before
     state = drive.measured(fixed, state)

@@ -3,13 +3,13 @@
 On every machine
 
 - the motion is finite,
-- a copy that began a little off ends on the same motion (``unsettled.py``): no limit cycle,
-  nothing that grows,
+- a copy with slightly shifted initial positions ends on the same motion (``unsettled.py``): there
+  is no limit cycle, and nothing grows,
 - no drive stands at a limit of its command for more than a tenth of the last quarter,
 - the error of the last quarter is within ``MULTIPLE`` times that of the nominal machine or within
   a tolerance, whichever is larger, and never beyond the largest reference. The tolerance is the
-  scenario's constraint on ``late_error``, else ``TOLERANCE`` of the largest reference. A nominal
-  machine that does not settle is no measure; a reference of 0 bounds no error.
+  scenario's constraint on ``late_error``, else ``TOLERANCE`` of the largest reference. If the
+  nominal machine does not settle, only the tolerance counts. A reference of 0 gives no bound.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -23,15 +23,15 @@ from hfc_design.objectives.metric import Metric
 from hfc_design.objectives.metrics import RUNNING
 from hfc_design.simulation.closed_loop import Loop
 
-#: What is to be measured of a loop, in the order in which ``instabilities`` has it.
+#: Metrics that ``instabilities`` needs, in the order in which it reads them.
 STABILITY = tuple(RUNNING[name] for name in ("unsettled", "limit_share", "late_error"))
-#: Largest share of a small disturbance of the start that may still move in the end.
+#: Largest share of a small disturbance of the start that may still oscillate at the end.
 UNSETTLED = 0.3
 #: A drive that stands at a limit for a larger share of the last quarter no longer controls.
 LIMITED = 0.1
 MULTIPLE = 3.0
 TOLERANCE = 0.05
-#: The reasons of ``instabilities`` for a reader who knows only their names.
+#: Reasons of ``instabilities``, each with an explanation.
 EXPLAINED = {
     "diverges": "The motion grows without bound.",
     "stays at a limit": "In the last quarter of the motion the command is at a limit of the "
@@ -48,19 +48,19 @@ EXPLAINED = {
 
 
 def measuring(loop: Loop, measures: Iterable[Metric] = ()) -> Loop:
-    """The loop with its ``measures``, followed by those that ``instabilities`` needs."""
+    """Return the loop with more metrics: ``measures``, then those that ``instabilities`` needs."""
     judge = loop.judge
     return loop._replace(judge=judge._replace(measured=(*judge.measured, *measures, *STABILITY)))
 
 
 def instabilities(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -> dict[str, Mask]:
-    """Reasons why machines are not stable, in words -> (machines, motions) where each applies.
+    """Return for each reason not to be stable where it applies: text -> (machines, motions).
 
     ``measured`` (machines, motions, values) ends with ``STABILITY``; ``motions`` are scenarios of
     one motion each. The nominal machine is the first; no reason applies to a stable machine.
     """
     unsettled, limited, late = np.moveaxis(measured[..., -len(STABILITY) :], -1, 0)
-    axes = len(motions[0].plant.machine.axes)  # a share is their mean, and each is to be in control
+    axes = len(motions[0].plant.machine.axes)  # the share is a mean over axes, the limit for each
     swings, saturated = (
         ~(unsettled <= UNSETTLED),
         ~(limited <= LIMITED / axes * (1.0 + SAME_SINGLE)),
@@ -84,23 +84,23 @@ def instabilities(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -
 
 
 def reasons_text(reasons: Mapping[str, int]) -> str:
-    """Number of machines for each reason, the most frequent first; "" if there are none."""
+    """Return the number of machines for each reason as a text, most frequent first; "": none."""
     ranked = sorted(reasons.items(), key=lambda item: -item[1])
     return ", ".join(counted(count, why) for why, count in ranked)
 
 
 def counted(count: int, reason: str) -> str:
-    """Text of a number of machines and a ``reason``, whose verb agrees with the number."""
+    """Return the text of a number of machines and a ``reason``, whose verb agrees with it."""
     verb, blank, rest = reason.partition(" ")
     several = ("are" if verb == "is" else verb.removesuffix("s")) + blank + rest
     return f"{count} {reason if count == 1 else several}"
 
 
 def largest_reference(motion: Scenario) -> float:
-    """Largest distance of any axis from its start in a motion [its unit]; inf if none moves."""
+    """Return the largest distance of any axis from its start in a motion; inf if none moves."""
     each = zip(motion.samples().axes, motion.places.values(), strict=True)
     largest = max(float(np.abs(axis.reference - place).max()) for axis, place in each)
-    return largest * (1.0 + SAME_SINGLE) or np.inf  # that is what one is off that never moves
+    return largest * (1.0 + SAME_SINGLE) or np.inf  # an axis that never moves is off by this
 
 
 def _tolerance(motion: Scenario, largest: float) -> float:

@@ -1,9 +1,9 @@
-"""Vectorisation: the scalar loop of one machine becomes that of a population.
+"""Vectorisation: the loop of one machine, written in scalars, is run for a whole population.
 
-``closed_loop`` is written for one machine in scalars. Here, and only here, it becomes a
-population: every leaf of the gains carries the individuals in its *trailing* axis, the scan over
-the samples runs outermost, and its body is ``vmap`` of the scalar sample over rows that are
-sliced from the leaves inside the body. The compiler then emits one vector loop a sample.
+``closed_loop`` computes a sample of one machine in scalars. Only here it is applied to many *lanes*
+(one individual on one machine each). Every leaf of the gains has the lanes in its *trailing* axis.
+The outermost loop is a scan over the samples; its body slices rows from the leaves and applies
+``vmap`` of the scalar sample to them. The compiler turns this into one vector loop a sample.
 """
 
 from functools import partial
@@ -23,30 +23,30 @@ from hfc_design.simulation import closed_loop
 from hfc_design.simulation.closed_loop import Loop, LoopState, Monitor, Recorded
 from hfc_design.simulation.flattening import Form, Packed, packed, unpacked
 
-#: A number of one individual, or the rows of a table as tuples of tuples.
+#: A number as an array (individuals,), or the rows of a table as nested tuples of such arrays.
 Rows: TypeAlias = Individuals | tuple["Rows", ...]
-Carry: TypeAlias = tuple[LoopState, Monitor]  # the machines with their copies, what is seen of them
-Forms: TypeAlias = tuple[Form, Form]  # of what all lanes share, and of what each has
-Motions: TypeAlias = tuple[Recorded, ...]  # of every axis, leaves (steps, individuals)
+Carry: TypeAlias = tuple[LoopState, Monitor]  # states, with those of copies; sums for the judge
+Forms: TypeAlias = tuple[Form, Form]  # of inputs that all lanes share, and of each lane's own
+Motions: TypeAlias = tuple[Recorded, ...]  # one for each axis, leaves (steps, individuals)
 
 
 class Inputs(NamedTuple):
     """Inputs of a compiled loop."""
 
-    numbers: tuple[Scalar, ...]  # of the loop, see ``Loop.apart``
-    nominal: tuple[Parameters, ...]
-    actual: tuple[Parameters, ...]  # numbers, or leaves (individuals,)
+    numbers: tuple[Scalar, ...]  # floats of the loop, see ``Loop.apart``
+    nominal: tuple[Parameters, ...]  # that the control assumes
+    actual: tuple[Parameters, ...]  # true ones: numbers, or leaves (individuals,)
     samples: Samples  # of all motions one after the other, each with a start of its own
     gains: Gains  # leaves (..., individuals)
     bounds: Integers | None = (
-        None  # (motions, 2) columns of each motion; None: all, of the only one
+        None  # (motions, 2) begin and end column of each motion; None: there is a single motion
     )
-    #: (individuals,) merit that each needs; only for one motion of one machine. ``bounds`` are then
-    #: those of the motion's segments, (segments + 1,).
+    #: (individuals,) merit that each must be able to reach; None: no early stopping. Only for one
+    #: motion of one machine; ``bounds`` are then those of its segments, (segments + 1,).
     needed: Individuals | None = None
 
     def cast(self, dtype: DTypeLike) -> "Inputs":
-        """The inputs as arrays, floating numbers in a precision."""
+        """Return the inputs as arrays, with floating-point numbers in the precision ``dtype``."""
 
         def converted(leaf: ArrayLike) -> Floats | Integers:
             array = np.asarray(leaf)
@@ -61,9 +61,9 @@ class Inputs(NamedTuple):
         chunk: int,
         before: tuple[Forms, Packed] | None = None,
     ) -> tuple[Forms, Packed, Packed]:
-        """Inputs shared by all lanes and those of each lane, in few arrays: see ``from_packed``.
+        """Return the inputs in few arrays: their forms, the shared ones, those of each lane.
 
-        The shared ones are those in ``before``, if these were packed for other lanes.
+        ``before`` has the first two results of a call for other lanes, with the same shared inputs.
         """
         shared, per_lane = (None, self.actual) if own_machine else (self.actual, None)
         if before is None:
@@ -75,7 +75,7 @@ class Inputs(NamedTuple):
 
 
 def from_packed(forms: Forms, whole: Packed, lanes: Packed) -> Inputs:
-    """Return the inputs of the lanes with these numbers (numbers, lanes)."""
+    """Return the inputs from packed ones: ``whole`` (numbers,) and ``lanes`` (numbers, lanes)."""
     numbers, nominal, shared, samples, bounds = unpacked(forms[0], whole)
     per_lane, gains, needed = unpacked(forms[1], lanes)
     true = shared if per_lane is None else per_lane
@@ -83,13 +83,13 @@ def from_packed(forms: Forms, whole: Packed, lanes: Packed) -> Inputs:
 
 
 def trailing(tree: PyTree) -> int:
-    """Number of individuals or machines, from the trailing axis of every leaf."""
+    """Return the number of individuals or machines: the length of each leaf's trailing axis."""
     count: int = jax.tree.leaves(tree)[0].shape[-1]
     return count
 
 
 def each_motion(loop: Loop, own_machine: bool, inputs: Inputs) -> Array:
-    """(motions, 2 + objectives, individuals) results of the judge for every motion."""
+    """Return merit, failure and values from the judge, (motions, 2 + values, individuals)."""
 
     def as_rows(scores: Judged) -> Array:
         return jnp.stack([scores.merit, scores.failed, *scores.values.T])
@@ -115,7 +115,7 @@ def each_motion(loop: Loop, own_machine: bool, inputs: Inputs) -> Array:
 def one_motion(
     loop: Loop, own_machine: bool, inputs: Inputs, recorded: int = 0
 ) -> tuple[Judged, Any]:
-    """Scan over the samples: result of the judge, and motions of the first individuals."""
+    """Return the judge's results of one motion, and recordings of the first ``recorded`` lanes."""
     body, rows, started = stepping(loop, own_machine, inputs, recorded)
     samples = inputs.samples
     carry, outputs = lax.scan(body, started(samples.start, samples.copy_start), rows)
@@ -125,11 +125,11 @@ def one_motion(
 def recorded_motions(
     loop: Loop, own_machine: bool, recorded: int, inputs: Inputs
 ) -> tuple[Judged, Motions, Memory]:
-    """Results of the judge for every motion, and the motions of the first individuals.
+    """Return the judge's results, recordings, and final controller memories for several motions.
 
-    Leaves of the judge's results have the motions in front, as have those of the final controller
-    memories, (motions, ``recorded``); those of the motions are (steps of all motions,
-    ``recorded``).
+    Leaves of the results are (motions, individuals, ...), those of the recordings (steps of all
+    motions, ``recorded``), those of the memories (motions, ..., ``recorded``): only the first
+    ``recorded`` individuals have recordings and memories.
     """
     body, rows, started = stepping(loop, own_machine, inputs, recorded)
     body = jax.jit(body, inline=True)  # traced once, for the shapes and for the loop
@@ -146,7 +146,7 @@ def recorded_motions(
             return carry, jax.tree.map(put, now[1], outputs)
 
         carry, recording = lax.fori_loop(bounds[0], bounds[1], at, (started(*starts), recording))
-        # What the controllers of the first individuals remember.
+        # Final memories of the controllers of the recorded individuals.
         memory = jax.tree.map(lambda leaf: leaf[..., :recorded], carry[0].memory)
         return recording, (judged(loop, carry), memory)
 
@@ -161,7 +161,7 @@ def recorded_motions(
 
 
 def judged(loop: Loop, carry: Carry) -> Judged:
-    """Final result of the judge; the copies come last in the states."""
+    """Return the final results of the judge, without the copies, which come last in the states."""
     machines, watch = carry
     places = [
         place[: watch.means[0].shape[0]] for place in closed_loop.positions(loop, machines.states)
@@ -172,10 +172,10 @@ def judged(loop: Loop, carry: Carry) -> Judged:
 def stepping(
     loop: Loop, own_machine: bool, inputs: Inputs, recorded: int = 0
 ) -> tuple[Any, Any, Any]:
-    """(carry, row) -> (carry, recorded); the rows of all samples; start -> the first carry.
+    """Return the body of the scan, the rows of all samples, and a function for the first carry.
 
-    Copies of the machines, if the loop has them, are further individuals behind the others: they do
-    not enlarge the program.
+    ``body(carry, row)`` returns the next carry and a recording. Copies of the machines, if the loop
+    has them, are further individuals behind all others, so that they do not enlarge the program.
     """
     _, nominal, true, samples, gains, *_ = inputs
     count = trailing(gains)
@@ -215,25 +215,25 @@ def stepping(
         copy = start(fixed, zeros, off, numbers)
         return _both(machine, copy), closed_loop.first_monitor(loop, zeros, machine, copy)
 
-    # Loads and noise as tuples, so that the loop hands out scalars.
+    # Loads and noise as tuples, so that the scan passes them to the body as scalars.
     axes = (x._replace(loads=tuple(x.loads), noise=tuple(x.noise)) for x in samples.axes)
     rows = samples._replace(axes=tuple(axes), sample_time=None, start=(), copy_start=())
     return body, rows, started
 
 
 def row_of(rows: PyTree, k: ArrayLike) -> PyTree:
-    """The row of one sample."""
+    """Return the row of sample ``k``."""
     pick = partial(lax.dynamic_index_in_dim, index=k, keepdims=False, allow_negative_indices=False)
     return jax.tree.map(pick, rows)
 
 
 def _both(one: PyTree, other: PyTree) -> PyTree:
-    """Individuals and then others, along the trailing axis."""
+    """Return every leaf of ``one`` followed by that of ``other``, along the trailing axis."""
     return jax.tree.map(lambda *leaves: jnp.concatenate(leaves, axis=-1), one, other)
 
 
 def _rows(leaf: Array) -> Rows:
-    """A leaf (..., individuals) as nested tuples of its (individuals,) rows."""
+    """Return a leaf (..., individuals) as nested tuples of its rows (individuals,)."""
     if leaf.ndim == 1:
         return leaf
     flat = leaf.reshape(-1, leaf.shape[-1])

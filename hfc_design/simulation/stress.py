@@ -1,8 +1,8 @@
 """Stress tests of a design: disturbances that engineers expect and scenarios do not contain.
 
-They are applied one at a time to some of the machines, in all motions, in the compiled program of
-all others. Most are elements around the drives (``plants.around``), so that no plant has to know of
-them; a load, a start and a rest are other samples of the same motions.
+They are applied one at a time to some of the machines, in all motions, by the compiled program that
+also simulates the machines without stress. Most are effects around the drives (``plants.around``),
+so that no plant has to model them; a load, a start and a rest are other samples of the motions.
 """
 
 import operator
@@ -36,11 +36,11 @@ from plants.around import plain
 
 #: Parts of a stress that are tried where the whole breaks the design.
 PARTS = np.arange(1, 8) / 8.0
-#: Share of the largest command that holds the load of a scenario that has none.
+#: Share of the largest command that holds the load of the stress, if the scenario has no load.
 HELD = 0.1
-#: Of so many machines of a search one is under stress.
+#: One of this number of machines in a search is under stress.
 EVERY = 2
-#: Where so near to the share that is asked, so many times as many machines decide.
+#: If a share is within CLOSE of the required share, MORE times as many machines decide.
 CLOSE, MORE = 0.06, 4
 #: Pairs of a stress and a machine that are simulated together.
 AT_ONCE = 64
@@ -49,20 +49,20 @@ AT_ONCE = 64
 class Applied(NamedTuple):
     """Changes that a stress of a certain size makes."""
 
-    around: dict[str, Any] = {}  # fields of what stands around every axis
-    friction: float = 1.0  # factor
-    sticking: float = 0.0  # more friction at rest, in shares of the Coulomb friction
-    samples: Callable[[Samples], Samples] | None = None  # of a motion
+    around: dict[str, Any] = {}  # fields of ``plants.around.Around``, for every axis
+    friction: float = 1.0  # factor on all friction
+    sticking: float = 0.0  # more friction at rest, as a share of the Coulomb friction
+    samples: Callable[[Samples], Samples] | None = None  # change of the samples of a motion
 
 
 class Case(NamedTuple):
     """One stress; parts of it can be tried."""
 
-    words: str  # with a place for its size
+    words: str  # with {} for its size
     size: float
-    applied: Callable[[float], Applied]  # of a size
-    shown: float = 1.0  # factor of the size in words
-    factor: bool = False  # its size is a factor, of which the half is a root
+    applied: Callable[[float], Applied]  # size -> changes
+    shown: float = 1.0  # factor on the size in ``words``
+    factor: bool = False  # whether the size is a factor, so that its half is the square root
 
     @property
     def applies(self) -> bool:
@@ -70,11 +70,11 @@ class Case(NamedTuple):
         return self.size != float(self.factor)
 
     def of(self, part: float) -> float:
-        """Size of a part of the stress."""
+        """Return the size of a part (0 to 1) of the stress."""
         return self.size**part if self.factor else self.size * part
 
     def description(self, part: float) -> str:
-        """A part of the stress in words."""
+        """Return a part (0 to 1) of the stress in words."""
         return self.words.format(three_digits(self.shown * self.of(part)))
 
 
@@ -86,11 +86,11 @@ def stressed(
     baseline: Judged,
     crossover: float | None,
 ) -> tuple[Stressed, ...]:
-    """Test a design under every stress that the scenario asks for.
+    """Test a design under every stress in ``[stress]`` of the scenario.
 
-    ``loop`` has room around its drives. ``baseline`` (machines, motions) is the result of the
-    ``machines`` without stress, the nominal one first; ``crossover`` is that of the loop [Hz], if
-    known.
+    ``loop`` must allow effects around its drives. ``baseline`` (machines, motions) has the results
+    of the ``machines`` without stress, the nominal one first. ``crossover`` is the frequency at
+    which the loop has the magnitude 1 [Hz]; None: unknown.
     """
     settings = scenario.stress
     counts = np.minimum([settings.machines, MORE * settings.machines], machines.size)
@@ -125,10 +125,10 @@ def stressed(
 
 
 def among(machines: Machines, scenario: Scenario, loop: Loop) -> tuple[Machines, Integers]:
-    """Put every ``EVERY``-th machine under a stress, each stress in turn.
+    """Return the machines, every ``EVERY``-th of them under a stress, the stresses in turn.
 
-    Also return the indices of the machines without one. A stress that changes only the motion is
-    not among them; a load comes with the motion.
+    The second result has the indices of the machines without stress. Stresses that change only the
+    motion are left out; a load acts from the beginning of the motion.
     """
     each = [one for one in cases(scenario, None) if one.applies]
     kinds = [one for one in each if one.applied(one.size)._replace(samples=None) != Applied()]
@@ -146,7 +146,7 @@ def among(machines: Machines, scenario: Scenario, loop: Loop) -> tuple[Machines,
 
 
 def _enough(scenario: Scenario, passing: Mask) -> bool:
-    """Whether the nominal machine, the first, stays stable, and enough of the others."""
+    """Whether the nominal machine (the first) and a sufficient share of all stay stable."""
     return bool(not len(passing) or (passing[0] and _share(passing) >= scenario.stress.share))
 
 
@@ -155,7 +155,7 @@ def _share(passing: Mask) -> float:
 
 
 def _holding(scenario: Scenario, without: Judged) -> Callable[[Judged], tuple[Mask, str]]:
-    """Function that finds which machines still pass, and how and where most others fail."""
+    """Return a function that tells which machines stay stable, and how and where others fail."""
     motions, required = scenario.each_motion(), ~np.array(scenario.nominal_only)
 
     def lost(one: Judged) -> dict[str, Mask]:
@@ -178,13 +178,13 @@ def _holding(scenario: Scenario, without: Judged) -> Callable[[Judged], tuple[Ma
 
 
 def _worth(scenario: Scenario, judged: Judged) -> float:
-    """Merit of the median machine, all motions together."""
+    """Return the merit of the median machine over all motions."""
     merits = np.where(judged.failed, -np.inf, judged.merit)
     return float(np.median(of_all_motions(scenario, merits)))
 
 
 def longest(scenario: Scenario) -> int:
-    """Number of samples of all motions together, with the longest rest of all stresses."""
+    """Return the number of samples of all motions, each with the longest rest of a stress."""
     each = [motion.simulation for motion in scenario.each_motion()]
     rest = scenario.stress.rest_s
     return sum(x.steps + max(x.steps, round(rest / x.sample_time_s)) for x in each)
@@ -197,7 +197,7 @@ def _judged(
     gains: Gains,
     tried: Sequence[tuple[Case, float]],
 ) -> list[Judged]:
-    """(machines, motions) of each part of a stress; those of the same motions together."""
+    """Return results (machines, motions) of each part of a stress; equal motions run together."""
     plainly = [motion.samples() for motion in scenario.each_motion()]
     results: dict[int, Judged] = {}
     groups: dict[Any, list[tuple[int, Machines, Applied]]] = {}
@@ -219,7 +219,7 @@ def _judged(
 
 
 def rubbing(scenario: Scenario, machines: Machines, what: Applied) -> Machines:
-    """The machines with their friction multiplied, and more friction at rest."""
+    """Return the machines with their friction multiplied, and with more friction at rest."""
     if what.friction == 1.0 and not what.sticking:
         return machines
     true = []
@@ -238,7 +238,7 @@ def rubbing(scenario: Scenario, machines: Machines, what: Applied) -> Machines:
 
 
 def cases(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
-    """Every applicable stress that a scenario asks for."""
+    """Yield every stress in ``[stress]``; one that does not apply has a size without effect."""
     stress, every = scenario.stress, scenario.simulation.sample_time_s
     axes = scenario.plant.each()
     sensors = [scenario.sensors.of(axis.name) for axis in axes]
@@ -280,7 +280,7 @@ def _other(change: Callable[..., Samples]) -> Callable[[float], Applied]:
 
 
 def _modes(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
-    """Stresses by modes: those of a log, and possible ones of each inertia and frequency."""
+    """Yield the stresses by modes: known ones, and possible ones of each inertia and frequency."""
     stress = scenario.stress
 
     def mode(one: Mode, words: str, size: float, share: Callable[[float], float]) -> Case:
@@ -305,7 +305,7 @@ def _modes(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
 
 
 def _loads(scenario: Scenario, constant: bool) -> Iterator[Case]:
-    """No load, one either way, a step of one."""
+    """Yield stresses by loads: none, a constant one in both directions (``constant``), a step."""
     motions = [motion.samples() for motion in scenario.each_motion()]
     loaded = any(np.any(axis.loads) for one in motions for axis in one.axes)
 
@@ -327,7 +327,7 @@ def _loads(scenario: Scenario, constant: bool) -> Iterator[Case]:
 
 
 def loads(scenario: Scenario) -> list[float]:
-    """Load of the stress on each axis; 0 where its size is unknown."""
+    """Return the load of the stress on each axis; 0 where its size is unknown."""
     load, axes = scenario.stress.load, scenario.plant.each()
     if load is not None:
         return [in_units("stress.load", load, "load", scenario.units)] * len(axes)
@@ -340,7 +340,7 @@ def loads(scenario: Scenario) -> list[float]:
 
 
 def _held_by_a_part(scenario: Scenario, axis: Axis) -> float:
-    """Load that a share ``HELD`` of the largest command can hold."""
+    """Return the load that a share ``HELD`` of the largest command can hold; 0 if unknown."""
     limit = scenario.limits.of(axis.name).command
     most = min(map(abs, axis.drive.largest_commands(axis.parameters, limit)))
     try:
@@ -351,7 +351,7 @@ def _held_by_a_part(scenario: Scenario, axis: Axis) -> float:
 
 
 def _stepped(samples: Samples, size: float, shares: Sequence[float]) -> Samples:
-    """Samples with a step of the load after a third, so that the last quarter finds it settled."""
+    """Return samples with a load step after a third: the loop can settle until the last quarter."""
     after = (np.arange(len(samples.time)) >= len(samples.time) // 3).astype(float)
     return _pushed(samples, lambda loads, k: loads + size * shares[k] * after)
 
@@ -362,7 +362,7 @@ def _pushed(samples: Samples, change: Callable[[Floats, int], Floats]) -> Sample
 
 
 def _started(scenario: Scenario, samples: Samples, size: float) -> Samples:
-    """Samples with a machine, and its copy, that begin off the reference."""
+    """Return samples in which the machine and its copy begin away from the reference."""
     starts, copies = [], []
     each = zip(scenario.plant.each(), samples.axes, samples.start, samples.copy_start, strict=True)
     for axis, axis_samples, start, copy_start in each:
@@ -374,7 +374,7 @@ def _started(scenario: Scenario, samples: Samples, size: float) -> Samples:
 
 
 def _turned(samples: Samples, size: float) -> Samples:
-    """Samples with a part of the motions in the opposite direction."""
+    """Return samples of a motion in the opposite direction, with its travel times ``size``."""
     axes = []
     for axis_samples in samples.axes:
         each = {name: getattr(axis_samples, name) for name in TURNED}
@@ -382,21 +382,21 @@ def _turned(samples: Samples, size: float) -> Samples:
     return samples._replace(axes=tuple(axes))
 
 
-#: Of an axis what has the other sign on its way back.
+#: Fields of ``AxisSamples`` that change their sign in a reversed motion.
 TURNED = ("reference", "reference_rate", "target", "reference_acceleration", "end", "heading")
-#: Of an axis where it is at the start, what stays as it is at rest, and what is 0 there.
+#: Fields of ``AxisSamples`` at rest: equal to the start (before a motion), unchanged, and 0.
 BEGINS = ("reference", "target")
 STAYS = ("reference", "loads", "target", "end", "heading")
 ENDS = ("reference_rate", "reference_acceleration", "sliding")
 
 
 def _resting(samples: Samples, size: float) -> Samples:
-    """Samples with a rest [s] after the motion; the last load stays, the noise is repeated."""
+    """Return samples with a rest of ``size`` [s] after the motion; the last load stays."""
     return _longer(samples, 0, round(size / float(samples.sample_time)))
 
 
 def _load_first(scenario: Scenario, samples: Samples) -> Samples:
-    """Samples with an equally long rest before the motion: a load is held before it moves."""
+    """Return samples with a rest, as long as the motion, before it: the load is held first."""
     many, axes = len(samples.time), scenario.plant.each()
     longer = _longer(samples, many, 0)
     held_axes = []
@@ -409,7 +409,7 @@ def _load_first(scenario: Scenario, samples: Samples) -> Samples:
 
 
 def _longer(samples: Samples, before: int, behind: int) -> Samples:
-    """Samples with more rest; those of the motion and of the rest behind it count."""
+    """Return samples with rest ``before`` and ``behind`` the motion; metrics ignore that before."""
     steps = before + len(samples.time) + behind
 
     def extended(column: Floats | None, first: float = 1.0, last: float = 1.0) -> Floats | None:

@@ -1,7 +1,7 @@
 """Test of one design on unseen machines in every motion.
 
-There are three compiled programs, each with all motions together: the machines, in the precision of
-the search; in float64 the nominal machine with its command times many factors, and with four times
+Three compiled programs simulate all motions each: one the machines, in the precision of the search;
+two the nominal machine in float64, with its command multiplied by many factors, and with four times
 the substeps.
 """
 
@@ -34,9 +34,9 @@ from hfc_design.simulation.stress import AT_ONCE, longest, stressed
 from hfc_design.simulation.why_not import why_not
 from hfc_design.stability.report import LoopMargins
 
-#: Of a scenario that says nothing about tolerances.
+#: Spread and number of machines for a scenario without ``[robust]``.
 SPREAD, MACHINES = 0.2, 200
-#: The machines are drawn with the seed of the run and this beyond it, which no search draws with.
+#: The machines are drawn with the seed of the run plus this number, with which no search draws.
 BEYOND = 2**32
 
 
@@ -49,18 +49,18 @@ def usable(
 ) -> Usable:
     """Test ``design`` in every motion of ``scenario`` on machines that no search has seen.
 
-    ``[robust]`` of the scenario sets how many and how different (without its margin); without it
-    there are ``MACHINES`` within ``SPREAD``. They are uniform draws with the seed of the run plus
-    ``BEYOND``. ``spread``, ``machines`` and ``seed`` override these.
+    ``[robust]`` of the scenario sets number and tolerances of the machines (without ``margin``);
+    without ``[robust]`` there are ``MACHINES`` machines within ``SPREAD``. They are uniform draws
+    with the seed of the run plus ``BEYOND``. ``spread``, ``machines`` and ``seed`` override these
+    settings; ``spread`` also replaces the tolerances of single parameters.
 
     Raises:
-        UserError: the two do not fit, a number is not allowed, or the tolerances leave no possible
-            machine.
+        UserError: design and scenario do not fit, a number is not allowed, or it leaves no machine.
     """
     design = load_design(design)
     scenario = with_converter(load_scenario(scenario), design)
     robust = scenario.robust or RobustSettings(spread=SPREAD, unseen=MACHINES)
-    if spread is not None:  # whatever is known of single parameters
+    if spread is not None:  # also in place of the tolerances of single parameters
         robust = robust.model_copy(update={"spread": spread, "tolerances": {}})
     seed = scenario.run.seed + BEYOND if seed is None else seed
     count = robust.unseen if machines is None else machines
@@ -93,7 +93,7 @@ def usable(
 
 
 def _margins(design: Design, scenario: Scenario, machines: Machines) -> LoopMargins | None:
-    """None of a loop that cannot be linearised."""
+    """Return the margins of the loop; None if it cannot be linearised."""
     try:
         return loop_margins(design, scenario, machines)
     except UserError:
@@ -101,12 +101,12 @@ def _margins(design: Design, scenario: Scenario, machines: Machines) -> LoopMarg
 
 
 def merit(scenario: Scenario, merits: ArrayLike) -> float:
-    """Merit of the first individual over all motions, from merits (individuals, motions)."""
+    """Return the first individual's merit over all motions, from merits (individuals, motions)."""
     return float(of_all_motions(scenario, np.asarray(merits)[:1])[0])
 
 
 class _InUse(NamedTuple):
-    """A loop in the motions of a scenario, with the measurements that show whether it is usable."""
+    """A loop in the motions of a scenario, with the metrics that decide whether it is usable."""
 
     scenario: Scenario
     later: float | None  # additional delay that the loop has room for; None: no stress
@@ -120,14 +120,14 @@ class _InUse(NamedTuple):
         return cls(scenario, later, *acceptance.measured_loop(design, scenario, later), samples)
 
     def judged(self, machines: Machines) -> Judged:
-        """(machines, motions) results, in one program with all stresses if there are any."""
+        """Return results (machines, motions), by the program of the stresses if there are any."""
         shared = () if self.later is None else (AT_ONCE, longest(self.scenario))
         many, dtype = standing(machines, self.scenario, self.loop), self.scenario.run.precision
         scores = population.scores(self.loop, many, self.samples, self.gains, dtype, *shared)
         return Judged(*(np.array(part[0]) for part in scores))
 
     def on_machines(self, design: Design, machines: Machines) -> Judged:
-        """The same, with diverging motions simulated again in finer steps."""
+        """Return results (machines, motions); machines that diverge are repeated in finer steps."""
 
         def simulate(where: Scenario, chosen: Integers) -> list[Judged]:
             if where is self.scenario:
@@ -143,7 +143,7 @@ class _InUse(NamedTuple):
 def _gain(
     design: Design, scenario: Scenario, machines: Machines
 ) -> tuple[float, tuple[float, float] | None, Repeats]:
-    """Merit of the nominal machine in float64, the factors between which it passes, repeats."""
+    """Return merit, passing range of factors, and repeats of the nominal machine, in float64."""
     setup, nominal = _InUse.of(design, scenario), machines.take(np.zeros(1, int))
 
     def judged(factors: Floats) -> Judged:
@@ -166,7 +166,7 @@ def _gain(
 
 
 def _finely(design: Design, scenario: Scenario, machines: Machines) -> float | None:
-    """Merit of the nominal machine in finer steps; None: there are none."""
+    """Return the merit of the nominal machine in finer steps; None: these are not possible."""
     where = next(finer(scenario), None)
     if where is None:
         return None
@@ -181,10 +181,10 @@ def _change(one: float, other: float) -> float:
 
 
 def gain_range(passes: Callable[[Floats], Mask]) -> tuple[float, float] | None:
-    """Range of factors with which the machine passes; ``passes`` judges 1 and others at once.
+    """Return lowest and highest factor with which a machine passes; None: it does not with 1.
 
-    None if it does not pass with the factor 1, the first that is returned. The scan is geometric,
-    from ``SMALLEST_TRIED`` to ``LARGEST_TRIED``; each end is then refined within one of its steps.
+    ``passes(factors)`` tells whether it passes with the factor 1, and with each of ``factors``. The
+    scan is geometric, from ``SMALLEST_TRIED`` to ``LARGEST_TRIED``; then both ends are refined.
     """
     up = np.geomspace(1.0, LARGEST_TRIED, TRIED + 1)[1:]
     good = passes(np.append(up, 1.0 / up[:-1]))

@@ -8,7 +8,7 @@ from hfc_design.core.tables import MISSING, Table
 from hfc_design.core.wording import three_digits
 from hfc_design.plotting.numbers import readable
 
-#: What measures of tracking are called.
+#: Titles of the metrics of tracking.
 TITLES = {
     "settled_rms_error": "settled rms error",
     "estimated_rms_contour_error": "estimated rms contour error",
@@ -27,7 +27,7 @@ STRESS_ABOUT = (
     "it, in all motions required of them; stable: of the constraints only late_error counts here; "
     "merit: of the median machine, relative to that without stress."
 )
-#: What to do about the stress that breaks a design first, by words of its name; "": any other.
+#: Pattern of the name of a stress -> advice if it breaks a design first; "": any other stress.
 MENDS = {
     "mode": "record a log with higher frequencies and run hfc identify again, also with two masses",
     "delay|loop|early": "identify delay and lag, or filter less (a faster observer)",
@@ -43,32 +43,32 @@ WHY_ABOUT = (
     "without it (of spread and tolerances: share within half of them); –: no value suffices alone; "
     "(n): number of machines within. The stress tests must pass as well."
 )
-#: What the columns of ``motions_table`` are.
+#: Explanation of the columns of ``motions_table``.
 COLUMNS = (
     "settled: after settled_after_s of the scenario; chatter: rms change of the command from one "
     "sample to the next; peak: largest command; at a limit: share of the last quarter of the "
     "motion with the command at its limit",
 )
-#: What no drive does, in whatever unit a table has it.
+#: A number that no metric of a working drive reaches, in any unit of a table.
 RUNAWAY = 1e9
 
 
 def tables(numbers: Json) -> list[Table]:
-    """Tables of ``Usable.numbers``: what would give a yes, the motions, the stress."""
+    """Return the tables of ``Usable.numbers``: what would give a yes, the motions, the stress."""
     why = [why_table(numbers["why_not"])] if numbers.get("why_not") else []
     stress = [stress_table(numbers["stress"])] if numbers.get("stress") else []
     return [*why, motions_table(numbers), *stress]
 
 
 def motions_table(numbers: Json, largest: bool = False) -> Table:
-    """Table of the motions: a row each with the share that passes, and each metric.
+    """Return the table of motions: a row for each, with the share that passes and all metrics.
 
-    ``largest``: the median and the largest of all metrics; otherwise the most important ones.
+    With ``largest`` a cell has median and largest value of a metric, otherwise see ``OF_FIRST``.
     """
     tracked = "median", "largest" if largest else "q95"
     motions, tracking = numbers["motions"], next(iter(numbers["units"]))
     columns = [*zip(*(one["measures"].values() for one in motions.values()), strict=True)]
-    scales = []  # of each measure, one for all motions, in which medians are easy to read
+    scales = []  # factor and unit of each metric in which the medians of all motions are readable
     for unit, column in zip([*numbers["units"].values(), "1"], columns, strict=True):
         medians = (abs(one["median"]) for one in column if one["median"])
         scales.append(readable(unit, min(medians, default=1.0)))
@@ -88,14 +88,14 @@ def motions_table(numbers: Json, largest: bool = False) -> Table:
 
 
 def _shown(value: float | None, factor: float) -> str:
-    """A metric times ``factor``; "diverges" for an impossibly large one."""
+    """Return the text of a metric times ``factor``; "diverges" for an impossibly large one."""
     if value is None:
         return MISSING
     return "diverges" if abs(factor * value) >= RUNAWAY else three_digits(factor * value)
 
 
 def why_table(analysis: Json) -> Table:
-    """Table of ``why_not``: a row for each change."""
+    """Return the table of ``why_not``, with a row for each change."""
     head = ("change", "now", "for a yes", "lost by it", "pass without [%]")
     keys = ("key", "now", "needed", "lost")
     each = [([str(x[key] or MISSING) for key in keys], x["without"]) for x in analysis["changes"]]
@@ -104,7 +104,7 @@ def why_table(analysis: Json) -> Table:
 
 
 def stress_table(stresses: Sequence[Json]) -> Table:
-    """A row for each stress, a line for each that breaks the design, the earliest first."""
+    """Return the table of stresses, with lines on those that break the design (see ``_broken``)."""
     each = ((x, f"{x['merit'] or 0.0:.2f}" if x["holds"] else "breaks") for x in stresses)
     rows = [[one["name"], f"{100 * one['share']:.3g}", merit] for one, merit in each]
     failures = (
@@ -119,13 +119,13 @@ def stress_table(stresses: Sequence[Json]) -> Table:
 
 
 def breaking(stresses: Iterable[Json]) -> str:
-    """First stress that breaks a design as stresses grow, and how many others do; "": none."""
+    """Return a text on the stress that breaks a design first, and how many others do; "": none."""
     first, *more = [failure for failure, _ in _broken(stresses)] or [""]
     others = f", and {len(more)} more stress{'es break' if len(more) > 1 else ' breaks'} it"
     return first + (others if more else "")
 
 
 def _broken(stresses: Iterable[Json]) -> list[tuple[str, str]]:
-    """Stresses that break the design and how, and the largest part of each that it passes."""
+    """Return two texts for each stress that breaks the design: how, and which part does not."""
     each = sorted((one for one in stresses if not one["holds"]), key=lambda one: float(one["part"]))
     return [(f"with {one['breaks']} it {one['why']}", one.get("held", "")) for one in each]

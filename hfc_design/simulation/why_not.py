@@ -2,7 +2,7 @@
 
 The effect of looser constraints is known from the metrics of the machines, that of a smaller
 tolerance of one parameter from the machines that were drawn within it. For a smaller spread of all
-parameters they are simulated again, nearer to the nominal one.
+parameters the machines are moved nearer to the nominal one and simulated again.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -32,24 +32,24 @@ from hfc_design.stability.margins import ASKED
 from hfc_design.stability.nominal import nominal
 from plants import Drive
 
-#: Fewer machines say nothing of a tolerance; fewer that fail have nothing in common.
+#: Fewest machines within a tolerance, and fewest failing machines, for a statement about them.
 LEAST, FEWEST = 100, 8
-#: Probability with which machines that are alike are said to differ.
+#: Significance level at which failing machines are said to differ from the others.
 CHANCE = 0.01
-#: Share of the largest deviation beyond which their median lies at an end.
+#: Share of the largest deviation above which their median deviation is reported.
 END = 0.25
-#: Smaller spreads that are tried, the half first; machines whose need of their drives is told.
+#: Halvings in the search for a smaller spread; failing machines whose needed command is computed.
 HALVED, SOME = 3, 64
-#: What a motion needs is told from this share of a limit on.
+#: Share of a limit above which the command or speed that a motion needs is reported.
 NEAR = 0.7
-#: Largest late error that is worth a yes, in shares of the motion's largest reference.
+#: Largest limit of ``late_error`` that is proposed, as a share of the largest reference.
 LOOSEST = 0.2
-#: Rows and lines of a kind that are told.
+#: Most rows of changes, and most lines of one kind.
 ROWS, LINES = 8, 3
-#: Rounded up and down to three digits; a limit that is 0, to divide by.
+#: Factors before rounding up or down to three digits; least divisor, in place of a limit of 0.
 UP, DOWN, TINY = 1.005, 0.995, 1e-300
 
-#: Key of the scenario, its value now, for a yes, machines that fail by it, share that pass without.
+#: Key, its value now, value for a yes, number of machines that it fails, share that pass without.
 Change: TypeAlias = tuple[str, str, str | None, int | None, float]
 
 
@@ -61,10 +61,10 @@ def why_not(
     again: Callable[[Machines], Judged],
     short: Mapping[str, tuple[float | None, str]],
 ) -> Json:
-    """Changes with the effect of each alone, the best first, and lines to show below them.
+    """Return changes, each with its effect alone, the best first, and lines to show below them.
 
-    ``judged`` (machines, motions) is for ``machines``, the nominal one first; ``again`` judges
-    others in the same loop; ``short`` are the margins that are not kept, with their values.
+    ``judged`` (machines, motions) has the results of ``machines``, the nominal one first; ``again``
+    judges other machines in the same loop; ``short`` has the margins that are too small.
     """
     lost, off, candidates = broken_by(scenario, judged), deviations(machines), list[Change]()
     if short:  # no other change of the scenario mends it
@@ -92,9 +92,9 @@ def why_not(
 
 
 def failing(scenario: Scenario, lost: Mapping[str, Mask], but: int | None = None) -> Mask:
-    """(machines,) whether each breaks one of the (machines, motions) requirements that apply to it.
+    """Return which machines (machines,) fail in a motion that is required of them.
 
-    The requirements of motion ``but`` apply only to the nominal machine, the first.
+    ``lost``: reason -> (machines, motions). Motion ``but`` is required of the nominal one only.
     """
     bad, required = np.logical_or.reduce([*lost.values()]), ~np.array(scenario.nominal_only)
     required = required & (np.arange(len(required)) != but)
@@ -102,9 +102,9 @@ def failing(scenario: Scenario, lost: Mapping[str, Mask], but: int | None = None
 
 
 def least(values: Floats, others: Mask) -> float | None:
-    """Smallest limit on (machines,) values with which enough pass, the nominal one among them.
+    """Return the smallest limit on values (machines,) with which enough pass, also the nominal one.
 
-    ``others`` fail for another reason; None: too many fail for that reason.
+    ``others`` (machines,) fail for other reasons. None: too many of them do.
     """
     ranked = np.sort(np.where(others[1:], np.inf, values[1:]))
     most = float(max(ranked[ceil(ENOUGH * len(ranked) - 1e-9) - 1], values[0]))
@@ -112,9 +112,9 @@ def least(values: Floats, others: Mask) -> float | None:
 
 
 def widest(off: Floats, bad: Mask) -> tuple[float, int] | None:
-    """Largest of (machines,) distances within which enough machines pass, and how many are within.
+    """Return the largest distance within which enough machines pass, and how many are within it.
 
-    None if no distance with at least ``LEAST`` machines does.
+    ``off`` has the distances (machines,). None: there is none with at least ``LEAST`` machines.
     """
     order, count = np.argsort(off, kind="stable"), np.arange(1, len(off) + 1)
     good = (np.cumsum(~bad[order]) >= ENOUGH * count - 1e-9) & (count >= LEAST)
@@ -125,7 +125,7 @@ def _constraints(scenario: Scenario, judged: Judged, lost: Mapping[str, Mask]) -
     required, late = ~np.array(scenario.nominal_only), RUNNING["late_error"]
     bounds = bounds_of(scenario, judged)
     ways = min(map(largest_reference, scenario.each_motion()))
-    if lost["is far off"].any():  # of 5 % of the way, say, without a constraint
+    if lost["is far off"].any():  # without a constraint: beyond 5 % of the reference, say
         bounds.setdefault(late.name, (Constraint(late, 0.0), np.asarray(judged.values)[..., -1]))
     for name, (bound, values) in bounds.items():
         reasons = [f"exceeds {name}", "is far off"][: 1 + (name == late.name)]
@@ -144,7 +144,7 @@ def _constraints(scenario: Scenario, judged: Judged, lost: Mapping[str, Mask]) -
 
 
 def _motions(scenario: Scenario, lost: Mapping[str, Mask]) -> Iterator[Change]:
-    """Changes that require one motion of the nominal machine only."""
+    """Yield the changes that require one motion of the nominal machine only."""
     bad, required = np.logical_or.reduce([*lost.values()]), ~np.array(scenario.nominal_only)
     for k in np.flatnonzero(required).tolist() if required.sum() > 1 else ():
         others = failing(scenario, lost, k)
@@ -154,7 +154,7 @@ def _motions(scenario: Scenario, lost: Mapping[str, Mask]) -> Iterator[Change]:
 
 
 def _tolerances(robust: RobustSettings, off: Mapping[str, Floats], bad: Mask) -> Iterator[Change]:
-    """A smaller one of each parameter that decides."""
+    """Yield a smaller tolerance of each parameter on which it depends whether machines pass."""
     sizes = np.abs(np.array([*off.values()]))
     for name, size, more in zip(off, sizes, _apart(sizes, bad), strict=True):
         inner, interval = 2.0 * size <= size.max(), widest(size, bad)
@@ -172,7 +172,7 @@ def _spread(
     bad: Mask,
     pairs: bool,
 ) -> tuple[Change, list[str]]:
-    """Change that divides all tolerances by a factor; ``pairs``: with one motion less required."""
+    """Return the change that reduces all tolerances; ``pairs``: also a line with a motion less."""
 
     @cache
     def lost(part: float) -> dict[str, Mask]:
@@ -199,17 +199,17 @@ def _spread(
 
 
 def nearer(machines: Machines, part: float) -> Machines:
-    """The machines moved towards the first of them, to a part of their distance."""
+    """Return the machines moved towards the first of them, to a ``part`` of their distance."""
     values = (machines.actual, dict(machines.around))
     moved = jax.tree.map(lambda x: x[..., :1] + part * (x - x[..., :1]), values)
     return Machines(machines.nominal, *moved)
 
 
 def deviations(machines: Machines) -> dict[str, Floats]:
-    """(machines,) relative deviation of each varying parameter, without the nominal machine.
+    """Return relative deviations of each varying parameter (machines,), without the nominal one.
 
-    Deviations of elements around the drives are in their own units; of several axes the largest
-    counts.
+    Deviations of effects around the drives are in their own units. Of several axes the one with the
+    largest deviation counts.
     """
     each: dict[str, list[Floats]] = {}
     for name, x in (
@@ -223,9 +223,9 @@ def deviations(machines: Machines) -> dict[str, Floats]:
 
 
 def _apart(values: Floats, bad: Mask) -> Floats:
-    """(rows,) effect size, -1 to 1: above 0 if ``bad`` machines have larger values, 0 if by chance.
+    """Return effect sizes (rows,), -1 to 1; above 0: ``bad`` machines have the larger values.
 
-    By ranks (Mann & Whitney 1947), corrected for the number of rows.
+    0: it may be chance, by a test of ranks (Mann & Whitney 1947) corrected for the number of rows.
     """
     from scipy.stats import mannwhitneyu
 
@@ -239,7 +239,7 @@ def _apart(values: Floats, bad: Mask) -> Floats:
 def _alike(
     scenario: Scenario, lost: Mapping[str, Mask], off: Mapping[str, Floats]
 ) -> Iterator[str]:
-    """Most frequent failures in a motion, with the extreme parameters of these machines."""
+    """Yield the most frequent failures in a motion, with extreme parameters of failing machines."""
     required, values, names = ~np.array(scenario.nominal_only), np.array([*off.values()]), [*off]
     around = AROUND.keys() - {
         name for parameters in scenario.plant.values() for name in parameters._fields
@@ -261,7 +261,7 @@ def _alike(
 
 
 def _needs(scenario: Scenario, machines: Machines, lost: Mapping[str, Mask]) -> Iterator[str]:
-    """Requirements of motions on the drives, a line for each near a limit or at one."""
+    """Yield lines on commands and speeds that motions need, if they are near a limit or above."""
     bad, saturated = np.logical_or.reduce([*lost.values()]), lost["stays at a limit"]
     low: dict[str, float] = {}
     each_samples = [motion.samples().axes for motion in scenario.each_motion()]
@@ -303,11 +303,11 @@ def needed(
     every: float,
     speed: float = 0.0,
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Command and speed that a motion needs, each with its limit; nan where nothing is steady.
+    """Return command and speed that a motion needs, each with its limit; nan: no steady motion.
 
-    They are those of the drive linearised at the highest speed of the motion, in samples of
-    ``every`` s: the additional command for an elastic transmission or a rising current is missing.
-    A motion that stands still is linearised at ``speed``, if that is not 0.
+    They are computed with the drive linearised at the highest speed of the motion, in samples of
+    ``every`` s, without the additional command for an elastic transmission or a rising current.
+    For a motion that stands still it is linearised at ``speed``, if that is not 0.
     """
     rate, command = np.asarray(motion.reference_rate), np.full(len(motion.reference_rate), np.nan)
     highest = _highest(motion)

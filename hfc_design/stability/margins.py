@@ -16,7 +16,7 @@ ASKED = {
     "phase_margin_deg": ("phase_deg", False, (0.0, 180.0)),
     "delay_margin_samples": ("delay_samples", False, (0.0, 1e4)),
 }
-#: Unit and meaning of each.
+#: Unit and meaning of each of ``ASKED``.
 MEANT = {
     "sensitivity": ("1", "largest sensitivity Ms of the linearised loop, |1 / (1 + L)|"),
     "gain_margin": ("1", "smallest factor upwards on the gain that the linearised loop tolerates"),
@@ -26,7 +26,7 @@ MEANT = {
 #: Largest singular value of ``a - 1`` that counts as 0 and so shows an integrator. The poles do not
 #: show it: by rounding, two or three integrators in series have theirs at 1 +- 1e-8 or 1e-5.
 INTEGRATES = 1e-9
-#: Gain margin beyond which, in either direction, the response is 0 or infinite but for rounding.
+#: Factor of a gain margin, up or down, beyond which it comes from the rounding of 0 or infinity.
 NO_MARGIN = 1e5
 #: Initial frequencies, as shares of half the sampling frequency.
 FREQUENCIES = np.geomspace(1e-6, 1.0, 601)
@@ -35,14 +35,14 @@ FREQUENCIES = np.geomspace(1e-6, 1.0, 601)
 BESIDE = np.concatenate([way * np.geomspace(0.03, 30.0, 25) for way in (-1.0, 1.0)])
 #: Number of refinements between two frequencies, and the places of the new ones.
 CLOSER, BETWEEN = 5, np.linspace(0.0, 1.0, 21)[1:-1]
-#: Cosine of the turn from which on a loop has gone half around, past a pole.
+#: Cosine of a turn between two frequencies below which the loop has gone half around, past a pole.
 HALF = -0.999
 #: Size of a closed loop at the end of its band: -3 dB.
 BAND = 10.0**-0.15
 
 
 class OpenLoop(NamedTuple):
-    """Open loop ``x(k+1) = a x + b u``, with the controller's answer ``c x`` in place of u."""
+    """Open loop ``x(k+1) = a x + b u``; the controller's answer is ``c x``: u if it is closed."""
 
     a: Floats  # (states, states) drive and controller
     b: Floats  # (states,)
@@ -67,7 +67,7 @@ class OpenLoop(NamedTuple):
         return OpenLoop(basis.T @ a @ basis, basis.T @ b, basis.T @ c)
 
     def transfer(self, angle: Floats) -> Floats:
-        """Return L(z) at ``z = exp(i angle)``, complex; the closed loop is 1 / (1 + L)."""
+        """Return L(z) at ``z = exp(i angle)``, complex; the sensitivity is 1 / (1 + L)."""
         return np.asarray(1.0 / self.sensitivity()(np.asarray(angle)) - 1.0)
 
     def poles(self) -> tuple[Any, Any]:
@@ -77,7 +77,7 @@ class OpenLoop(NamedTuple):
         return np.asarray(np.linalg.eigvals(a)), np.asarray(np.linalg.eigvals(a + fed_back))
 
     def sensitivity(self) -> Callable[[Floats], Floats]:
-        """Return 1 / (1 + L) of angles, complex: distances from the open over closed poles."""
+        """Return 1 / (1 + L) as a function of angles, complex, from open and closed poles."""
         before, after = self.poles()
 
         def at(angle: Floats) -> Floats:
@@ -101,10 +101,10 @@ class Margins(NamedTuple):
     phase: float | None  # lag [deg]
     delay: float | None  # samples
     sensitivity: float  # largest |1 / (1 + L)|, Ms
-    peak: float  # angle at which it is
+    peak: float  # angle of the largest one
     disk: float  # of gain and phase together: 2 / largest |(1 - L) / (1 + L)|
     bandwidth: float | None  # angle at which |L / (1 + L)| first falls to -3 dB
-    crossover: float | None  # largest angle at which |L| falls to 1
+    crossover: float | None  # largest angle at which |L| is 1
 
 
 def margins(loop: OpenLoop) -> Margins:
@@ -144,10 +144,10 @@ def _end(values: Floats, which: Callable[..., Any]) -> float | None:
 
 
 def crossings(angles: Floats, loop: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return crossings of loops (..., angles) between neighbouring angles, nan where there is none.
+    """Return gain factors, crossover angles and lags of loops (..., angles); nan where none is.
 
-    Factors on the gain that lead a loop through -1, also at the last angle, which is pi; angles
-    where its size is 1, and its lag less than -1 there [rad], 0 to 2 pi.
+    They are sought between neighbouring angles: factors that lead a loop through -1 (also at the
+    last angle, pi), angles where its magnitude is 1, and lags that lead it to -1 there [rad].
     """
     with np.errstate(all="ignore"):
         turn = loop[..., 1:] / loop[..., :-1]
@@ -173,7 +173,7 @@ def swung(loop: Any, damping: float, share: float) -> Floats:
 
 
 def _between(part: Floats) -> tuple[Mask, Floats]:
-    """Return where a part changes sign behind an angle, and the share of the way to the next."""
+    """Return whether a part changes sign before the next angle, and at which share of the way."""
     crossed = (part[..., :-1] > 0.0) != (part[..., 1:] > 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         share = part[..., :-1] / (part[..., :-1] - part[..., 1:])
@@ -186,7 +186,7 @@ def _place(angles: Floats, share: Floats) -> Floats:
 
 
 def largest(loop: OpenLoop) -> tuple[float, float]:
-    """Return the largest ``c x`` for a sine of u in a closed loop, and the slowest sine's."""
+    """Return the largest ``c x`` for sines of u in a closed loop, and that for the slowest sine."""
     loop, few = loop.reduced(), np.exp(1j * np.pi * FREQUENCIES[::60])
     matrices = few[:, None, None] * np.eye(len(loop.b)) - loop.a
     size = np.abs(np.linalg.solve(matrices, loop.b[:, None].astype(complex))[..., 0] @ loop.c).max()
@@ -195,7 +195,7 @@ def largest(loop: OpenLoop) -> tuple[float, float]:
     one = loop._replace(c=-loop.c / size)
 
     def answer(s: Floats) -> "Parts":
-        with np.errstate(divide="ignore", invalid="ignore"):  # nothing holds it at rest
+        with np.errstate(divide="ignore", invalid="ignore"):  # infinite if nothing holds the axis
             return (), (size * np.abs(1.0 / s - 1.0),)
 
     _, s = _looked_at(one.sensitivity(), np.concatenate(one.poles()), answer)
@@ -206,8 +206,8 @@ def largest(loop: OpenLoop) -> tuple[float, float]:
 def balanced(a: Floats) -> tuple[Floats, Floats]:
     """Return a step's matrix in state units that balance it, and these units (states,).
 
-    With the units of the drive, metres beside radians, or with one part of it far stiffer than the
-    others, elements that are not 0 lie as far below the largest singular value as rounding.
+    In the units of the drive (metres beside radians), or with one part far stiffer than the others,
+    elements that are not 0 may be as small beside the largest singular value as rounding errors.
     """
     with np.errstate(invalid="ignore"):  # of a matrix that is not finite
         even, (units, _) = matrix_balance(a, permute=False, separate=True)
@@ -227,7 +227,7 @@ def _of_a_loop(s: Floats) -> Parts:
 def _looked_at(
     at: Callable[[Floats], Floats], poles: Floats, sought: Callable[[Floats], Parts]
 ) -> tuple[Floats, Floats]:
-    """Return angles and their sensitivities, refined where the ``sought`` parts change or peak."""
+    """Return angles and sensitivities there, finer where ``sought`` parts change sign or peak."""
     turning = poles[(poles.imag > 0.0) & (np.abs(poles) > 0.5)]
     near_poles = np.angle(turning)[:, None] + np.abs(1.0 - np.abs(turning))[:, None] * BESIDE
     angles = np.unique(np.concatenate([np.pi * FREQUENCIES, near_poles.ravel()]))

@@ -9,8 +9,8 @@ out, because a rounding has the slope 0 everywhere and 1 in the mean.
 
 Cogging is left out as well. It keeps a drive from ever moving steadily, and comes and goes while
 the drive slides. Steps from many places along the way are therefore averaged, with the weights of
-a window (the square of Hann's) whose sum over any wave that is long beside the places' distance
-and short beside the way is 0.
+a window (the square of Hann's): the weighted sum of a wave is 0 if the wave is long compared with
+the distance of the places, and short compared with the way.
 """
 
 from functools import lru_cache, partial
@@ -58,7 +58,7 @@ SHARES = (np.arange(1024) + 0.5) / 1024 - 0.5
 WAYS = 1.618 * 10.0 ** np.arange(-6.0, 6.5, 0.5)
 #: Largest remaining share of a force's slope for which its mean along a way counts as 0.
 LEFT = 1e-3
-#: Share below which ways are equivalent: the rest is rounding, which grows with the way.
+#: Remaining shares below this count as equal: they are rounding, which grows with the way.
 NOTHING = 1e-9
 
 
@@ -69,8 +69,8 @@ class Step(NamedTuple):
     a: Floats  # (states, states)
     b: Floats  # (states,)
     load: Floats  # (states,)
-    along: Floats  # (states,) what a unit of way moves
-    changed: float  # by that, as a share of it; inf: there is no step
+    along: Floats  # (states,) change of the states over a unit of travel
+    changed: float  # change of the step by this travel, as a share of it; inf: the step failed
 
 
 class Motion(NamedTuple):
@@ -79,7 +79,7 @@ class Motion(NamedTuple):
     speed: float
     state: Floats  # (states,) at position 0
     command: float
-    along: Floats  # (states,) what a unit of way moves
+    along: Floats  # (states,) change of the states over a unit of travel
 
 
 class Steady(NamedTuple):
@@ -92,8 +92,8 @@ class Steady(NamedTuple):
 class Slides:
     """Drive with differentiated steps, averaged over a ``way``; JAX must have float64.
 
-    ``along`` (states,) is the change of the states over a unit of travel. By default it is found in
-    the mean over a travel of all encoders, which does not change linear parts.
+    ``along`` (states,) is the change of the states over a unit of travel. By default all encoders
+    are shifted along the way, and ``along`` is found from the mean of the steps.
     """
 
     def __init__(
@@ -127,10 +127,10 @@ class Slides:
         return Step(after, a, b, load, along, changed)
 
     def _along(self, a: Floats) -> tuple[Floats, float]:
-        """Return what a unit of way moves for the least change of a step, and the change.
+        """Return the change of states over a unit of travel that alters a step least, and how much.
 
-        The first is (states,), the change is a share in units that balance the step. 0: the whole
-        drive can be shifted and nothing changes.
+        The first is (states,), the second a share in units that balance the step; 0: the whole
+        drive can be shifted without any effect.
         """
         if self._known is not None:
             return self._known, 0.0
@@ -142,9 +142,9 @@ class Slides:
         return units * along / (units @ self.seen), float(off)
 
     def left(self, dt: float) -> tuple[float, Floats]:
-        """Return the share of the effect of travel left in the mean, and the states that it moves.
+        """Return how much of the effect of travel remains in the mean of the steps, and ``along``.
 
-        The share is inf if travel has no effect on any step, or if a step from some place fails.
+        The first is a share; inf if travel has no effect on any step, or if a step fails.
         """
         mean, slopes = self._taken(np.zeros(len(self.seen)), 0.0, dt, self._shifts)
         if not np.isfinite(slopes).all():
@@ -180,22 +180,22 @@ class Slides:
                 return None
             state, command = state + move[:-1], command + float(move[-1])
             before, moved = moved, np.abs(move).max() / max(np.abs(state).max(), abs(command))
-            # Of a stiff drive, or of steps that begin far away, rounding moves more for ever.
+            # If a drive is stiff, or steps begin far away, rounding keeps the change above SETTLED.
             if moved <= SETTLED or before <= moved <= NEAR:
                 return Motion(speed, state, command, one.along)
         return None
 
     def _bordered(self, a: Floats, b: Floats) -> Floats:
-        """Return the matrix from a change of state and command to those of step and position."""
+        """Return the matrix from a change of state and command to that of step and position."""
         return np.block([[a - np.eye(len(a)), b[:, None]], [self.seen[None], np.zeros((1, 1))]])
 
     def asks(self, a: Floats, b: Floats, change: Floats) -> Steady:
-        """Return state at position 0 and command with ``(a - 1) x + b u = change``."""
+        """Return command u and state x at position 0 that solve ``(a - 1) x + b u = change``."""
         solution = np.linalg.solve(self._bordered(a, b), np.append(change, 0.0))
         return Steady(float(solution[-1]), solution[:-1])
 
     def slowest(self, dt: float) -> Motion | None:
-        """Return the motion of the lowest speed above which the command's growing part is larger.
+        """Return the motion at the lowest speed above which the command's growing part dominates.
 
         For the command u of steady motion at the speed v, the growing part is ``v du/dv``, the
         other part ``u - v du/dv``. Without Coulomb friction the motion is that of the lowest speed
@@ -249,9 +249,9 @@ def reported(drive: Drive, parameters: Parameters) -> dict[str, Any]:
 def differentiated(
     drive: Drive, parameters: Parameters, x: Any, command: Any, dt: Any, shifts: Any
 ) -> Any:
-    """Return the state after a step, and its mean derivatives by state, command and load.
+    """Return means over ``shifts`` of state after a step, derivatives by state, command and load.
 
-    The last result is the derivative by the state at each place, (places, states, states).
+    The last result is the derivative by the state at each shift, (shifts, states, states).
     """
     kind, fixed = type(drive.initial_state(0.0)), drive.coefficients(parameters)
 
@@ -282,7 +282,7 @@ class Nominal(NamedTuple):
     outputs: dict[str, Floats]  # (states,) each
     velocity: Steady  # for a unit of it
     acceleration: Steady  # for a unit of it
-    coulomb: Steady  # for the direction: what is there at speed 0, by the slope at ``speed``
+    coulomb: Steady  # for the direction: extrapolated to speed 0 with the slope at ``speed``
     load: Steady  # for a unit of it
 
 
@@ -352,7 +352,7 @@ def _sampled(one: Step, substeps: int) -> tuple[Floats, Floats, Floats]:
 
 
 def _controllable(a: Floats, b: Floats) -> bool:
-    """True if the command moves everything that does not settle by itself (Hautus' test)."""
+    """Whether the command moves everything that does not settle by itself (Hautus' test)."""
     a, units = balanced(a)
     b = b / units / (np.abs(b / units).max() or 1.0)
     lasting = [pole for pole in np.linalg.eigvals(a) if abs(pole) >= 1.0 - SETTLES]

@@ -1,4 +1,4 @@
-"""Output of ``hfc stability``, the pages and ``usable``: margins of loops, the range of JK04."""
+"""Results for ``hfc stability``, pages and ``usable``: margins of loops, stable range of JK04."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import cycle
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 #: Quantiles of the machines that bound a band.
 BAND = (0.05, 0.95)
-#: Columns of a table: title, number, unit in the title.
+#: Columns of the table of margins: key of a number -> title with its unit.
 COLUMNS = {
     "gain_down": "gain down",
     "gain_up": "gain up",
@@ -41,7 +41,7 @@ ABOUT = (
     "together; band: of the closed loop, -3 dB; compliance: largest |position / load|; "
     "–: no such change makes it oscillate"
 )
-#: Each of ``ASKED`` in words, with its number in its unit.
+#: Text on each of ``ASKED``, with {} for its number.
 SAID = {
     "sensitivity": "largest sensitivity Ms {}",
     "gain_margin": "gain margin {}",
@@ -54,7 +54,7 @@ SHARES = (0.1, 0.3, 0.5, 0.7, 0.9)
 #: (K_1, K_2) of rule tables [unit/BLU], by the method that found them.
 Points = Mapping[str, tuple[float, float]]
 MARKERS = "os^Dv*"
-#: Factor on the range's K_2 beyond which a K_2 is not drawn: it is unlimited there.
+#: Factor on the K_2 of the range at the smallest K_1; larger values of K_2 are not drawn.
 BEYOND = 4.0
 #: Meaning of inside and outside the range.
 WITHOUT = (
@@ -70,8 +70,8 @@ class At(NamedTuple):
 
     point: str
     axis: str  # "" where there is one
-    why: str  # there are no margins; "" where there are
-    numbers: dict[str, float | bool | None]  # of the nominal machine; None: without an end
+    why: str  # reason why there are no margins; "" if there are
+    numbers: dict[str, float | bool | None]  # of the nominal machine; None: unlimited
     band: dict[str, tuple[float | None, float | None]]  # over other machines
     loop: OpenLoop | None  # of the nominal machine
 
@@ -87,8 +87,8 @@ class LoopMargins(NamedTuple):
     rows: Sequence[At]
     sample_time: float  # [s]
     plant: str  # name of the machine
-    units: str  # of its compliance
-    machines: int  # beside the nominal one
+    units: str  # of the compliance
+    machines: int  # number beside the nominal one
 
     def __repr__(self) -> str:
         return line("LoopMargins", {"stable": self.stable, **self._worst()})
@@ -101,10 +101,10 @@ class LoopMargins(NamedTuple):
 
     @property
     def stable(self) -> bool | None:
-        """True if the nominal machine's loops are stable, at rest and at speed; None: no loops.
+        """Whether nominal loops are stable at the lowest and the highest speed; None: no loops.
 
-        Between rest and speed, friction that falls with the speed may destabilise the loop;
-        simulated motions show that.
+        Other speeds are not judged: there, friction that falls with the speed may destabilise the
+        loop, which simulated motions show.
         """
         each: dict[str, list[bool]] = {}
         for row in self.rows:
@@ -114,7 +114,7 @@ class LoopMargins(NamedTuple):
 
     @property
     def crossover(self) -> float | None:
-        """Highest frequency at which a loop of the nominal machine has the magnitude 1 [Hz]."""
+        """Highest frequency where a nominal loop has the magnitude 1 [Hz]; None: there is none."""
         each = [row.numbers["crossover_hz"] for row in self.rows if not row.why]
         return max((x for x in each if x), default=None)
 
@@ -122,7 +122,7 @@ class LoopMargins(NamedTuple):
     def worst(self) -> dict[str, tuple[float | None, str]]:
         """Worst value of each of ``ASKED`` for the nominal machine, and its loop; None: unlimited.
 
-        A loop that is not stable has no margin.
+        An unstable loop has the margin 0; it has no finite sensitivity, for which None stands too.
         """
         worst = {}
         for name, (key, more, _) in ASKED.items():
@@ -217,7 +217,7 @@ class LoopMargins(NamedTuple):
 
 
 def numbers(margins: Margins, every: float, compliance: tuple[float, float]) -> Json:
-    """Return margins as plain data, in Hz for samples of ``every`` [s]; None: unlimited."""
+    """Return margins for JSON, angles as Hz for a sample time ``every`` [s]; None: unlimited."""
 
     def hertz(angle: float | None) -> float | None:
         return None if angle is None else angle / (2.0 * np.pi * every)
@@ -241,7 +241,7 @@ def numbers(margins: Margins, every: float, compliance: tuple[float, float]) -> 
 
 
 def band(others: Sequence[Json]) -> dict[str, tuple[float | None, float | None]]:
-    """Return the range of the numbers of other machines: the share ``BAND`` of the stable ones."""
+    """Return the quantiles ``BAND`` of each number over the stable ones of other machines."""
     intervals = {}
     for key in others[0] if others else ():
         if key != "stable":
@@ -267,9 +267,8 @@ def _cell(value: float | bool | None) -> str:
 def lag(response: Floats) -> Floats:
     """Return the phase [deg] without jumps, between -315 and 45 at the lowest frequency.
 
-    There it is a multiple of -90 for every integrator: with three of them -270, which would
-    otherwise be drawn as +90 and the crossing of the magnitude a whole turn above the -180 that it
-    is near.
+    Every integrator adds -90 there. With three of them the phase is -270; if +90 were drawn
+    instead, the phase at the crossover would be a whole turn above the -180 that it is close to.
     """
     turned = np.degrees(np.unwrap(np.angle(response)))
     return np.asarray(turned - 360.0 * np.ceil((turned[0] - 45.0) / 360.0))
@@ -280,7 +279,7 @@ class StableGains(NamedTuple):
 
     range: "StableRange"
     points: Points  # of the design's tables; none without a design
-    drive: Mapping[str, float]  # that it is about, as the arguments of ``stable_range``
+    drive: Mapping[str, float]  # arguments of ``stable_range``
     loop: LoopMargins | None = None  # of the design, on its own scenario
 
     def __repr__(self) -> str:
@@ -313,7 +312,7 @@ class StableGains(NamedTuple):
         return stability_figure(self.range, self.points)
 
     def tables(self) -> list[Table]:
-        """Return the numbers as a table, and those of the loop."""
+        """Return the table of the range, and those of the loop."""
         head = ("stable range, JK04 section 3", "value")
         loops = self.loop.tables() if self.loop else []
         return [Table(f"Gains in unit/BLU; {WITHOUT}.", head, [*rows(self).items()]), *loops]
@@ -343,7 +342,7 @@ def drive_of(
 
 
 def rows(gains: StableGains) -> dict[str, str]:
-    """Return the numbers as text for people."""
+    """Return the text of each number by its title, for the table of the range."""
     gain_range, data = gains.range, gains.numbers()
     drive = gains.drive
     values = {

@@ -24,7 +24,7 @@ from hfc_design.core.records import UserError
 LARGEST = 1e9  # of any number here [BLU, unit], far beyond every drive
 SMALLEST = 1e-9  # distance of two centres [BLU]
 ROUNDING = 1e-12  # a level this much smaller than the others is a 0 that was rounded
-DIGITS = 9  # edges [BLU] that agree so far are one, which keeps the pieces between them wide
+DIGITS = 9  # decimals to which edges [BLU] are rounded, so that no two are extremely close
 
 
 class Sectors(NamedTuple):
@@ -42,7 +42,7 @@ class Sectors(NamedTuple):
 def sectors_at_centres(
     error_terms: Triangles, change_terms: Triangles, singletons: RuleTable
 ) -> Sectors:
-    """JK04 eq. 13 and 14, for any table of singletons [unit] (rows error, columns change).
+    """Return sectors by JK04 eq. 13 and 14, for any table [unit] (rows: error, columns: change).
 
     Raises:
         UserError: as ``true_sectors``, or an input has no middle term on 0.
@@ -63,14 +63,14 @@ def sectors_at_centres(
 
 
 def true_sectors(error_terms: Triangles, change_terms: Triangles, singletons: RuleTable) -> Sectors:
-    """Infimum and supremum of u_1/e and u_2/de over all e and de, for terms with any edges.
+    """Return infimum and supremum of u_1/e and u_2/de over all e and de, for terms with any edges.
 
-    Product, centre average, 0 where no rule fires (also where two terms only touch). The lower
-    bounds are never above 0, since the command saturates. A command that jumps at 0 has an
-    infinite gain. Memberships of the error enter u_2 as weights that sum to 1, so that u_2/de
-    lies between its values where one error term rules alone: those rows are searched. A term
-    whose centre is beyond a neighbour's edge never rules alone, and K_2 may come out too large,
-    on the safe side.
+    The command is a centre average of products, and 0 where no rule fires (also where two terms
+    only touch). The lower bounds are never above 0, since the command saturates. A command that
+    jumps at 0 has an infinite gain. Memberships of the error are weights in u_2 that sum to 1, so
+    u_2/de lies between its values where a single error term is active: only those rows are
+    searched. A term whose centre is beyond a neighbour's edge is never active alone; then K_2 may
+    be too large, on the safe side.
 
     Raises:
         UserError: a number is too large, the centres do not ascend, or not left < centre < right.
@@ -89,12 +89,12 @@ def middle(terms: Triangles) -> int:
 
 
 def centred(terms: Triangles) -> bool:
-    """True if there is a middle term, centred on 0."""
+    """Whether there is a middle term, centred on 0."""
     return len(terms) % 2 == 1 and bool(terms[middle(terms)][1] == 0.0)
 
 
 def membership(term: Sequence[float], value: float) -> float:
-    """Degree in [0, 1] to which ``value`` belongs to ``term`` (JK04 eq. 1)."""
+    """Return the degree, 0 to 1, to which ``value`` belongs to ``term`` (JK04 eq. 1)."""
     left, centre, right = term
     if value < centre:
         return 1.0 if math.isinf(left) else max((value - left) / (centre - left), 0.0)
@@ -102,7 +102,7 @@ def membership(term: Sequence[float], value: float) -> float:
 
 
 def _gains(terms: Triangles, values: Iterable[float], offset: float) -> tuple[float, float]:
-    """Infimum and supremum of (f(x) - offset)/x, f the centre average of ``values``.
+    """Return infimum and supremum of (f(x) - offset)/x; f is the centre average of ``values``.
 
     Between neighbouring edges and centres every membership is linear, so f - offset is a
     quotient p/q of two linear functions.
@@ -123,9 +123,9 @@ def _gains(terms: Triangles, values: Iterable[float], offset: float) -> tuple[fl
 
 
 def _flat_piece(ends: tuple[float, float], p: Floats, q: Floats, offset: float) -> list[float]:
-    """Extremes of (f - offset)/x where no term reaches one end or both.
+    """Return the extremes of (f - offset)/x in a piece of which no term reaches an end, or both.
 
-    f is 0 there, and constant inside: only terms that end together fire.
+    At such an end f is 0; inside it is constant, because only terms that end together fire.
     """
     level = p.sum() / q.sum() if q.any() else -offset
     bare = [_quotient(-offset, x, ends) for x, weight in zip(ends, q, strict=True) if not weight]
@@ -133,7 +133,7 @@ def _flat_piece(ends: tuple[float, float], p: Floats, q: Floats, offset: float) 
 
 
 def _ratio_piece(ends: tuple[float, float], p: Floats, q: Floats) -> list[float]:
-    """Extremes of p/(x q) with p, q, x linear in t, from 0 to 1 between the ends."""
+    """Return the extremes of p/(x q); p, q and x are linear in t, which goes from 0 to 1."""
     if 0.0 in ends:
         zero = ends.index(0.0)
         if p[zero] == 0.0:  # x divides out, what is left is monotone
@@ -164,7 +164,7 @@ def _quotient(level: float, x: float, ends: tuple[float, float]) -> float:
 def _checked(
     error_terms: Triangles, change_terms: Triangles, singletons: RuleTable
 ) -> tuple[Floats, Triangles, Triangles]:
-    """Check inputs without a record; return table, and terms with edges rounded to ``DIGITS``."""
+    """Return the checked table, and the checked terms with edges rounded to ``DIGITS``."""
     table = np.array(singletons, dtype=np.float64)
     wrong = np.argwhere(~(np.abs(table) <= LARGEST))
     if len(wrong):
@@ -198,12 +198,12 @@ class Rectangle(NamedTuple):
     k2_max: Scalar  # 0 <= u_2 / de <= k2_max [units/BLU]
 
     def k2(self, xp: Xp, slopes: Iterable[Scalar]) -> Scalar:
-        """The largest K_2, whatever the ``slopes`` u_1 / e of the table are."""
+        """Return the largest K_2, whatever the ``slopes`` u_1 / e of the table are."""
         return self.k2_max
 
 
 class Curve(NamedTuple):
-    """Sectors whose largest K_2 falls with the K_1 that the table has (JK04 fig. 4)."""
+    """Sectors whose largest K_2 depends on the K_1 of the table (JK04 fig. 4)."""
 
     k1_max: Scalar  # [units/BLU]
     k2_max: Scalar  # [units/BLU]
@@ -218,11 +218,11 @@ class Curve(NamedTuple):
 
 
 def inner_edges(rights: Sequence[Scalar], lefts: Sequence[Scalar]) -> list[Scalar]:
-    """Return for each term its neighbour's edge towards the middle, where its output is complete.
+    """Return for each term the edge of its neighbour on the side of the middle; 0 for the middle.
 
-    A singleton is the whole output from there outwards, so this is where its slope is steepest.
-    The edges are those (n - 1) where two neighbours overlap, the right one of the lower and the
-    left one of the upper term; the middle term has 0.
+    From there outwards the singleton is the whole output, so there its slope is steepest.
+    ``rights`` and ``lefts`` (n - 1) have for each two neighbours the right edge of the lower term
+    and the left edge of the upper term.
     """
     half = (len(rights) + 1) // 2
     return [*lefts[:half], 0.0, *rights[half:]]
@@ -236,12 +236,12 @@ def bounded(
     singletons: RuleTable,
     signs: RuleTable,
 ) -> Callable[[Scalar], Any]:
-    """Rows of singletons moved to the nearest values that keep the table in ``sectors``.
+    """Return a function of a row's number: the row, moved to the nearest values in ``sectors``.
 
-    Between the points of ``inner_edges`` the product rule stays under the chord. The column
-    de = ZR makes u_1, the other columns less this one make u_2 (JK04 eq. 13, 14). No singleton
-    takes another sign than in ``signs``, unless its sector demands it; one that is 0 there may
-    take the sign of its row. The row e = ZR has no bound. ``xp`` as in ``core.numbers``.
+    Between the points of ``inner_edges`` the output of the product rule stays below the chord. The
+    column de = ZR makes u_1, the other columns minus this one make u_2 (JK04 eq. 13, 14). No
+    singleton gets another sign than in ``signs``, unless its sector demands it; where that is 0 it
+    may get the sign of its row. The row e = ZR has no bound. ``xp`` as in ``core.numbers``.
     """
     zero, none = len(row_edges) // 2, len(column_edges) // 2  # terms of no error, of no change
     rows = range(len(row_edges))
@@ -280,5 +280,5 @@ def bounded(
 
 
 def _off(value: Scalar, by: Scalar) -> Scalar:
-    """Return the sum; adding the constant 0 costs a population nothing."""
+    """Return the sum; for the constant 0 the value itself, which costs a population no time."""
     return value if isinstance(by, float) and not by else value + by

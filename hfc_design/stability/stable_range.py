@@ -8,10 +8,10 @@ range goes beyond what a linear controller can do; by the right sign the theorem
 to ``k1_theorem`` and no K_2 above 0 at all, because the integrator makes |G| grow without bound
 towards z = 1 and condition (ii) cannot hold there.
 
-``StableRange`` therefore is the published range, the one JK's adaptation keeps to, cut off where
-the linear loop becomes unstable (for T/tau below about 0.9 that is the shorter one). It is a
-design rule, no proof: in the last percent of K_1 a K_2 that comes and goes with the state can
-still make the loop grow. Below that no such table was found for JK's drive.
+``StableRange`` therefore is the published range, to which JK's adaptation keeps, cut off where the
+linear loop becomes unstable (for T/tau below about 0.9 this bound is the smaller one). It is a
+design rule, no proof: in the last percent of K_1 a K_2 that changes with the state can still make
+the loop unstable. For smaller K_1 no such table was found for JK's drive.
 
 Everything depends on K_0 K_1, K_0 K_2 and T/tau only. The polynomials are written in
 y = 1 - x = 1 - cos(omega T), from 0 to 2, because they almost vanish near x = 1.
@@ -51,10 +51,10 @@ class StableRange(NamedTuple):
     k1_theorem: float  # what the theorem allows with the real part of G as it is, at K_2 = 0
 
     def k2_printed(self, k1: ArrayLike) -> Floats:
-        """The K_2 below which condition (ii) holds as printed (JK04 eq. 22); 0 where (i) does not.
+        """Return the K_2 below which condition (ii) holds as printed (JK04 eq. 22).
 
-        ``k1`` is a number or an array, the result has its shape. The bound falls with K_1, so that
-        its value at the end of a stretch of K_1 is safe for all of the stretch.
+        ``k1`` is a number or an array; the result has the same shape, and is 0 where condition (i)
+        does not hold. It falls with K_1: its value at the end of an interval is safe for all of it.
         """
         given = np.asarray(k1, dtype=np.float64)
         bounds = [_k2_bound(self, x) if 0.0 < x < self.k1_printed else 0.0 for x in given.flat]
@@ -72,8 +72,8 @@ class StableRange(NamedTuple):
 def stable_range(gain: float, time_constant: float, sample_time: float) -> StableRange:
     """Return the range of a drive K/(s (tau s + 1)) (JK04 eq. 18-20). It is never empty.
 
-    ``gain`` K in (BLU/s)/unit, ``time_constant`` tau and ``sample_time`` T in s. The scan prints
-    K_0 as a quotient by 1/tau, that is a product with tau.
+    ``gain`` is K in (BLU/s)/unit; ``time_constant`` tau and ``sample_time`` T are in s. JK04 prints
+    K_0 as a quotient by 1/tau, which is a product with tau.
 
     Raises:
         UserError: a value is not positive and finite, T/tau or K T are out of range.
@@ -120,10 +120,10 @@ def _k2_bound(gain_range: StableRange, k1: float) -> float:
 
 
 def _real_part(a: float, b: float) -> Polynomial:
-    """The bracket of eq. 21 as printed, in y; a - b at its end is what the sign brings in."""
+    """Return the bracket of eq. 21 as printed, in y; with the corrected sign it is 0 at y = 0."""
     return Polynomial([2.0 * (a - b), -4.0 * a - (1.0 + a) * (1.0 - b), 2.0 * a])
 
 
 def _weight(b: float) -> Polynomial:
-    """|z - 1|^2 |z - b|^2 on the unit circle, in y: minus the denominator of eq. 21."""
+    """Return |z - 1|^2 |z - b|^2 on the unit circle, in y: minus the denominator of eq. 21."""
     return Polynomial([0.0, 2.0 * (1.0 - b) ** 2, 4.0 * b])

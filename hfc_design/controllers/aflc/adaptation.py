@@ -1,7 +1,7 @@
 """Decisions of the adaptive fuzzy controllers: how rules are judged, and what bounds a move.
 
-JK04 is Jee & Koren 2004, JK95 Jee & Koren 1995. Written for one axis in scalars; ``xp`` as in
-``core.numbers``. Never imports JAX.
+JK04 is Jee & Koren 2004, JK95 Jee & Koren 1995. The functions compute with scalars of one axis;
+``xp`` is explained in ``core.numbers``. Never imports JAX.
 """
 
 from collections.abc import Sequence
@@ -10,24 +10,24 @@ from hfc_design.controllers.neighbours import Degrees, Neighbours
 from hfc_design.core.numbers import Scalar, Truth, Xp, clipped
 from hfc_design.core.records import TERMS, ZR
 
-#: Actions or degrees that differ by less count as equal, and a rule with smaller degrees has not
-#: fired, so that rounding decides nothing.
+#: Actions or degrees that differ by less than this count as equal, and a rule with a degree of up
+#: to this counts as not fired, so that rounding decides nothing.
 ALIKE = 1e-4
 
 
 def performance_index(before: int, now: int) -> int:
-    """Performance index p(k) of a rule of error term E_before, the error now in E_now (-3 to 3).
+    """Return the performance index p(k) of rules of term ``before`` if the error is in ``now``.
 
-    JK04 eq. 24 and 25 with the exceptions of Table 2: from E_3 to E_0 is good, and rules of E_0
-    are not judged.
+    Error terms are -3 to 3. JK04 eq. 24 and 25 with two exceptions of Table 2: the index is 0 from
+    E_3 or E_-3 to E_0, and for the rules of E_0.
     """
     if before == 0 or (abs(before) == 3 and now == 0):
         return 0
-    fall = before - now if before > 0 else now - before  # in terms, towards the other side
+    fall = before - now if before > 0 else now - before  # by how many terms
     return (fall - 2) // 2 if fall % 2 == 0 else (fall - 1) // 2
 
 
-#: JK04 Table 2, [E(k-1)][E(k)], both NL to PL.
+#: JK04 Table 2: performance indices [term of e(k-1)][term of e(k)], both from NL to PL.
 PERFORMANCE = tuple(
     tuple(float(performance_index(before, now)) for now in range(-3, 4)) for before in range(-3, 4)
 )
@@ -53,11 +53,11 @@ def highest_term(xp: Xp, in_error: Degrees) -> Scalar:
 
 
 def _higher_term(xp: Xp, in_error: Neighbours) -> Scalar:
-    """Return the highest term of two neighbours; ZR if both degrees are zero."""
+    """Return ``highest_term`` of two neighbours; ZR if both degrees are 0."""
     lower, upper = in_error.first - ZR, in_error.first - (ZR - 1)
     below: Scalar = in_error.values[0]
     above: Scalar = in_error.values[1]
-    beyond = lower >= 0  # the lower one is nearer ZR
+    beyond = lower >= 0  # the lower term is nearer ZR
     near, far = xp.where(beyond, lower, upper), xp.where(beyond, upper, lower)
     in_near, in_far = xp.where(beyond, below, above), xp.where(beyond, above, below)
     counts = (near == 0) | (in_near > ALIKE)
@@ -66,7 +66,7 @@ def _higher_term(xp: Xp, in_error: Neighbours) -> Scalar:
 
 
 def performance_indices(xp: Xp, place: Scalar) -> Sequence[Scalar]:
-    """Indices p(k) of the rules of each error term, the error being assigned to ``place``."""
+    """Return p(k) of the rules of each error term (7,) if the error is in ``place`` (-3 to 3)."""
     if xp.sparse:
         now = xp.whole(clipped(xp, place + ZR, 0, TERMS - 1))
         return xp.along(lambda row: row[now], xp.table(INDICES))
@@ -82,18 +82,18 @@ def performance_indices(xp: Xp, place: Scalar) -> Sequence[Scalar]:
 def blamed_aflc(xp: Xp, error: Scalar, index: Scalar, excess: Scalar) -> Truth:
     """True if a rule pulled the action the wrong way (JK04 Appendix B).
 
-    ``error`` is e(k-1), ``index`` p(k), ``excess`` the rule's singleton less u_0(k-1). In
-    cases I and IV the action was too large, and rules with excess >= 0 are to blame; in cases II
-    and III it was too small, and rules with excess <= 0 are.
+    ``error`` is e(k-1), ``index`` p(k), ``excess`` the rule's singleton less u_0(k-1). In cases I
+    and IV (error x index > 0) the action was too large, and rules with excess >= 0 are to blame;
+    in cases II and III it was too small, and rules with excess <= 0 are to blame.
     """
     return xp.where(error * index > 0.0, -excess, excess) <= ALIKE
 
 
 def blamed_soflc(xp: Xp, error: Scalar, index: Scalar, excess: Scalar) -> Truth:
-    """True if a rule is contracted, as JK95 prints it: excess > 0, in its third case <= 0.
+    """True if JK95 narrows a rule: excess > 0, or, in case III (e < 0, p > 0), excess <= 0.
 
-    Differs from JK04 for e > 0 with p < 0, where the opposite rules are contracted, and in the
-    first and fourth case where a singleton equals the overall action.
+    The arguments are those of ``blamed_aflc``. JK04 differs in case II (e > 0, p < 0), in which it
+    blames the opposite rules, and in cases I and IV for a singleton that equals the overall action.
     """
     third = xp.where(error < 0.0, index, 0.0) > 0.0
     return (excess <= ALIKE) == third
@@ -107,13 +107,13 @@ def joined(
     size: Scalar,
     overlap: Scalar,
 ) -> tuple[Scalar, Scalar]:
-    """Return a joint (right edge of the lower term, left edge of the upper one) after a sample.
+    """Return a joint (right edge of the lower term, left edge of the upper term) after a sample.
 
-    Each of the two terms is narrowed by its ``steps`` of ``size``. Both edges stay ``between`` the
-    centres of the terms (JK04 section 4.1), and they overlap by at least ``overlap``: edges that
-    would come closer are set half of it on either side of their mean. An error in a gap would
-    have no command, and across a narrow overlap the command almost jumps. The papers print no such
-    limit.
+    Each of the two terms is narrowed by ``steps`` (2,) times ``size``. Both edges stay ``between``
+    the centres of the terms (JK04 section 4.1). The terms overlap by at least ``overlap``: closer
+    edges are set to half of ``overlap`` on either side of their mean. Otherwise an error in a gap
+    would have no command, and the command would almost jump across a narrow overlap. The papers
+    print no such limit.
     """
     lower, upper = between
     right = clipped(xp, joint[0] - size * steps[0], lower, upper)

@@ -1,4 +1,4 @@
-"""Genome of an adaptive fuzzy controller: that of the flc with the bounds of the adaptation."""
+"""Genome of an adaptive fuzzy controller: that of an flc, plus bounds of the adaptation."""
 
 import numpy as np
 
@@ -27,16 +27,16 @@ class AflcGenome(flc.FuzzyGenome):
         return record
 
     def smallest_gap(self) -> Floats:
-        """Smallest distances (2,) of centres, with room for the steps of the adaptation."""
+        """Return the smallest distances (2,) of centres: two steps of the adaptation, or more."""
         rates = self.start.adaptation
         return np.maximum(super().smallest_gap(), (2.0 * rates.k_a, 2.0 * rates.k_b))
 
     def overlaps(self, population: flc.FuzzyTables) -> Floats:
-        """Smallest overlaps (n, 2) of two neighbours [BLU]; the adaptation keeps to them."""
+        """Return the smallest overlaps (n, 2) of error terms and of change terms [BLU]."""
         overlaps = []
         for side, terms in enumerate(self.triangles(population.joints)):
             distance, left, right = np.moveaxis(population.joints[:, self.side == side], -1, 0)
-            # Terms that reach their neighbours' centres overlap by the whole distance, no bit more.
+            # Rounding must not make an overlap larger than the distance of two centres.
             whole = np.diff(terms[:, 1], axis=0).min(axis=0)
             overlaps.append(np.minimum(((right - left) * distance).min(axis=-1), whole))
         return np.stack(overlaps, axis=-1)

@@ -1,9 +1,9 @@
 """Adaptive fuzzy controllers of a feed drive: AFLC and SOFLC. Never imports JAX.
 
 AFLC is Jee & Koren 2004 (JK04), section 4 and Appendix B; SOFLC its ancestor, Jee & Koren 1995
-(JK95), section 3. At sample k the rules that fired at k - 1 are judged by what became of the
-error; terms and singletons are moved, and the moved table gives the command. Written for one
-axis in scalars; ``xp`` as in ``core.numbers``.
+(JK95), section 3. At sample k the rules that fired at k - 1 are judged by how the error has
+changed since; their terms and singletons move, and the new table gives the command. The functions
+compute with scalars of one axis; ``xp`` is explained in ``core.numbers``.
 """
 
 from collections.abc import Callable, Sequence
@@ -39,11 +39,11 @@ from hfc_design.stability.sectors import Curve, Rectangle, bounded, inner_edges
 class Rates(NamedTuple):
     """Steps of the adaptation for a performance index of 1 or -1, and the smallest overlaps."""
 
-    k_a: Scalar  # of an edge of an error term [BLU]
-    k_b: Scalar  # of an edge of a change term [BLU]
-    k_c: Scalar  # of a singleton, units of the command
-    a_overlap: Scalar  # the least that two neighbouring error terms overlap [BLU]
-    b_overlap: Scalar  # the same of two change terms [BLU]
+    k_a: Scalar  # step of an edge of an error term [BLU]
+    k_b: Scalar  # step of an edge of a change term [BLU]
+    k_c: Scalar  # step of a singleton, in units of the command
+    a_overlap: Scalar  # smallest overlap of two neighbouring error terms [BLU]
+    b_overlap: Scalar  # smallest overlap of two neighbouring change terms [BLU]
 
 
 class AdaptiveGains(NamedTuple):
@@ -51,22 +51,22 @@ class AdaptiveGains(NamedTuple):
 
     flc: FlcGains
     rates: Rates
-    sectors: Rectangle | Curve | None  # None: no bound, as in JK95
+    sectors: Rectangle | Curve | None  # limits of the table's gains; None: none, as in JK95
 
 
 class AdaptiveMemory(NamedTuple):
-    """Memory of the controller; before the first sample the initial rule base, all else zero."""
+    """Memory of the controller; before the first sample the designed rule base, all else zero."""
 
     singletons: RuleTable  # (7, 7)
-    error_rights: Sequence[Scalar]  # (6,) of ``Partition``
-    error_lefts: Sequence[Scalar]  # (6,)
-    change_rights: Sequence[Scalar]  # (6,)
-    change_lefts: Sequence[Scalar]  # (6,)
+    error_rights: Sequence[Scalar]  # (6,) ``Partition.rights`` of the error terms
+    error_lefts: Sequence[Scalar]  # (6,) ``Partition.lefts`` of the error terms
+    change_rights: Sequence[Scalar]  # (6,) of the change terms
+    change_lefts: Sequence[Scalar]  # (6,) of the change terms
     error: Scalar  # e(k-1) [BLU]
     change: Scalar  # e(k-1) - e(k-2) [BLU]
     action: Scalar  # u_0(k-1)
     integral: Scalar
-    judges: Truth | None = None  # whether rules fired at k - 1 that can be judged; None: they did
+    judges: Truth | None = None  # false: no rule of k - 1 is judged; None: they are
 
     def base(self, gains: AdaptiveGains) -> RuleBase:
         """Return the rule base as last adapted."""
@@ -79,7 +79,7 @@ class AdaptiveMemory(NamedTuple):
         )
 
 
-#: Function that is true if a rule is to blame: (xp, e(k-1), p(k), singleton less action) -> bool.
+#: Function (xp, e(k-1), p(k), singleton less action) -> true if a rule is to blame.
 Blame = Callable[[Xp, Scalar, Scalar, Scalar], Truth]
 
 
@@ -87,7 +87,7 @@ class Judge(NamedTuple):
     """Functions and options that decide which rules are to blame; it contains no numbers."""
 
     blamed: Blame = blamed_aflc
-    #: If true, rules of ZR are narrowed by a step when the error leaves it (JK04 section 4.1, end).
+    #: If true, rules of ZR are narrowed by a step when the error leaves ZR (JK04 section 4.1, end).
     narrows_zero: bool = False
 
 
@@ -102,16 +102,16 @@ def aflc(sample_time: float, limit: float | None = None, judge: Judge = JK04) ->
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> AdaptiveMemory:
-    """Return the memory before the first sample, at rest on the reference, without a rule base."""
+    """Return the memory of an axis at rest on its reference; ``begun`` adds the rule base."""
     table, edges = [[zero] * TERMS for _ in range(TERMS)], [zero] * (TERMS - 1)
     return AdaptiveMemory(table, edges, edges, edges, edges, zero, zero, zero, zero)
 
 
 def begun(xp: Xp, law: AxisLaw, gains: AdaptiveGains, memory: AdaptiveMemory) -> AdaptiveMemory:
-    """Return the memory with the initial rule base of a design.
+    """Return the memory with the designed rule base.
 
-    If ``xp.sparse``, where values may choose what is computed, the rule base is held within its
-    bounds here, because a sample in which nothing is judged does not apply them.
+    If ``xp.sparse``, the bounds of the rule base are applied here, because then a sample in which
+    no rule is judged does not apply them.
     """
     base, zero = RuleBase.of(gains.flc), memory.error
     if xp.sparse:
@@ -135,7 +135,7 @@ def begun(xp: Xp, law: AxisLaw, gains: AdaptiveGains, memory: AdaptiveMemory) ->
 def primed(
     xp: Xp, law: AxisLaw, gains: AdaptiveGains, memory: AdaptiveMemory, signals: Signals
 ) -> AdaptiveMemory:
-    """Return the memory with this sample's error as the previous one, which judges no rule."""
+    """Return the memory with this sample's error as the previous one; no rule will be judged."""
     error = outside(xp, gains.flc.dead_zone, signals["error"])
     return memory._replace(error=error, judges=False)
 
@@ -167,12 +167,12 @@ def sample(
 def adapted(
     xp: Xp, judge: Judge, gains: AdaptiveGains, memory: AdaptiveMemory, error: Scalar
 ) -> tuple[RuleBase, Degrees]:
-    """Judge sample k - 1 by the ``error`` of sample k; return the rule base and the degrees.
+    """Judge the rules of sample k - 1 by the ``error`` of sample k.
 
-    A rule that is to blame has both terms narrowed and its singleton moved; any other rule has both
-    terms widened, by |p| steps each. The moves of several rules on the same term add up, so their
-    order does not matter; then the edges are held between the neighbours' centres. An error
-    of 0 judges nothing.
+    For a rule that is to blame, both terms are narrowed and the singleton moves; for any other rule
+    that fired, both terms are widened; all by |p| steps. The moves of a term by several rules add
+    up; then edges are limited to the neighbours' centres. If e(k-1) was 0, no rule is judged.
+    Returns the new rule base, and the degrees of ``error`` in its terms.
     """
     base, rates = memory.base(gains), gains.rates
     judged = memory.error
@@ -189,14 +189,14 @@ def adapted(
         index = xp.once(indices[i])
         size = xp.once(xp.where(judges, abs(index), 0))
         shift = rates.k_c * size
-        # Down where a positive error fell too far or a negative one too slowly.
+        # Down if a positive error fell too far, or if a negative error rose too slowly.
         shift = xp.once(xp.where(judged * index > 0.0, -shift, shift))
         rows.append((i, index, size, shift))
         if judge.narrows_zero and (at_zero := i == ZR) is not False:
             leaves = leaves | (at_zero & judges & (place != 0.0))
 
     def moved() -> tuple[RuleBase, Degrees]:
-        narrowed, singletons = [], []  # by each rule, in steps; where it moves
+        narrowed, singletons = [], []  # (rows, columns) steps; (row, column, number)
         columns, degrees = zip(*fired(in_change), strict=True)
         for i, index, size, shift in rows:
             rules = tuple(base.singletons[i][j] for j in columns), memory.action, degrees
@@ -225,7 +225,7 @@ def adapted(
 
 
 def _bounded(xp: Xp, gains: AdaptiveGains, base: RuleBase) -> RuleBase:
-    """Return the rule base with its singletons moved into their sectors."""
+    """Return the rule base with singletons moved so that the table obeys ``gains.sectors``."""
     if gains.sectors is None:
         return base
     ends = inner_edges(*base.error[1:]), inner_edges(*base.change[1:])
@@ -246,7 +246,7 @@ def _judged(
     action: Scalar,
     degrees: Sequence[Scalar],
 ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
-    """Return the steps by which each rule of a row narrows its terms, and its moved singleton."""
+    """Return for each rule of a row by how many steps it narrows terms, and its new singleton."""
     steps, moved = [], []
     for singleton, degree in zip(singletons, degrees, strict=True):
         guilty = blamed(xp, error, index, singleton - action)
@@ -257,7 +257,7 @@ def _judged(
 
 
 def _narrowed(xp: Xp, terms: Partition, steps: Degrees, size: Scalar, overlap: Scalar) -> Partition:
-    """Return the terms narrowed by ``steps`` of ``size``."""
+    """Return the terms narrowed by ``steps`` of ``size``; they overlap by at least ``overlap``."""
     if isinstance(steps, Neighbours):
         term_tables = map(xp.table, terms)
         edges = xp.call(_neighbours, xp, *term_tables, steps.first, *steps.values, size, overlap)
@@ -280,7 +280,7 @@ def _neighbours(
     size: Scalar,
     overlap: Scalar,
 ) -> tuple[Sequence[Scalar], ...]:
-    """Return the edges around two neighbours, narrowed by ``lower`` and ``upper`` steps."""
+    """Return all edges, with two neighbours narrowed by ``lower`` and ``upper`` steps."""
     steps = Neighbours(first, (lower, upper))
 
     def moved(k: Scalar, right: Scalar, left: Scalar) -> tuple[Scalar, Scalar]:

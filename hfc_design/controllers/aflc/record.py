@@ -26,7 +26,7 @@ from hfc_design.core.records import TERMS, NotNegative, Positive, Record, UserEr
 from hfc_design.stability.sectors import Curve, Rectangle
 
 Point = tuple[NotNegative, NotNegative]
-#: Relative distance by which an edge learned in single precision may lie beyond a centre.
+#: Largest relative distance by which rounding to single precision puts an edge beyond a centre.
 ROUNDING = 1e-6
 
 
@@ -34,14 +34,14 @@ class OverlapRecord(Record):
     """Smallest overlaps of two neighbouring terms."""
 
     error: Positive  # overlap of the terms of the error [BLU]
-    error_change: Positive  # overlap of the terms of its change [BLU]
+    error_change: Positive  # overlap of the terms of the change of the error [BLU]
 
 
 class RangeRecord(Record):
     """Sectors that the adapted table must stay in."""
 
     k1_max: Positive  # largest gain K_1 of the table on the error [units/BLU]
-    k2_max: Positive  # largest gain K_2 of the table on its change [units/BLU]
+    k2_max: Positive  # largest gain K_2 of the table on the error's change [units/BLU]
     #: points (K_1, K_2) of a line that K_2 must not exceed, K_1 rising and K_2 falling [units/BLU];
     #: none: only k2_max counts
     curve: Annotated[tuple[Point, ...], Field(exclude_if=().__eq__)] = ()
@@ -55,23 +55,23 @@ class RangeRecord(Record):
         return self
 
     def sectors(self) -> Rectangle | Curve:
-        """Return the sectors as the law takes them."""
+        """Return the sectors in the form that the law uses."""
         if not self.curve:
             return Rectangle(self.k1_max, self.k2_max)
         return Curve(self.k1_max, self.k2_max, self.curve)
 
 
 class RatesRecord(Record):
-    """Steps of the adaptation, see ``aflc.Rates``, and its bounds."""
+    """Steps of the adaptation per unit of the performance index, and its bounds."""
 
-    k_a: NotNegative  # step of a term of the error in a sample [BLU]
-    k_b: NotNegative  # step of a term of its change in a sample [BLU]
-    k_c: NotNegative  # step of a rule in a sample, in units of the command [command]
+    k_a: NotNegative  # step of an edge of a term of the error [BLU]
+    k_b: NotNegative  # step of an edge of a term of the error's change [BLU]
+    k_c: NotNegative  # step of the output of a rule [command]
     #: smallest overlap of neighbouring terms; left out: one step
     smallest_overlap: OverlapRecord | None = None
     #: stable range of the table's gains; left out: unbounded, as in JK95
     stable_range: RangeRecord | None = None
-    #: rules of ZR are narrowed when the error leaves it, see ``aflc.Judge``
+    #: whether the terms of rules of ZR are narrowed by a step when the error leaves ZR
     narrows_zero: Annotated[bool, Field(exclude_if=False.__eq__)] = False
 
 
@@ -81,7 +81,7 @@ class BoundedRatesRecord(RatesRecord):
     stable_range: RangeRecord  # stable range of the table's gains, JK04 Appendix B
 
 
-#: The adaptation judges by a table of seven terms (JK04 Table 2).
+#: Rules are judged by a table for seven terms (JK04 Table 2).
 SevenTerms = Annotated[tuple[TriangleRecord, ...], Field(min_length=TERMS, max_length=TERMS)]
 
 
@@ -90,13 +90,13 @@ class AdaptiveDesign(FuzzyRecord):
 
     adapts: ClassVar[bool] = True
     error_terms: SevenTerms  # seven triangles of the error, in order
-    error_change_terms: SevenTerms  # seven triangles of its change in a sample, in order
+    error_change_terms: SevenTerms  # seven triangles of the error's change, in order
     adaptation: RatesRecord  # step sizes and limits of the adaptation
 
     @field_validator("rules")
     @classmethod
     def _as_they_are_by_now(cls, rules: RulesRecord) -> RulesRecord:
-        """Return the rules, relabelled if the adaptation moved numbers past those of others."""
+        """Return the rules, with new labels if adapted numbers contradict the old labels."""
         return rules.relabelled() if rules.contradiction() else rules
 
     @model_validator(mode="after")
@@ -121,10 +121,10 @@ class AdaptiveDesign(FuzzyRecord):
         return aflc(self.sample_time_s, limit, self.judge())
 
     def widths(self) -> list[float]:
-        """Smallest distances of an edge from a centre, in single precision.
+        """Return the smallest distances that edges can get from centres, in single precision.
 
         Raises:
-            UserError: a distance can be 0.
+            UserError: one of these distances can be 0.
         """
         table, rates = self.table(), self.law_gains().rates
         pairs = ((table.error_terms, rates.a_overlap), (table.change_terms, rates.b_overlap))
@@ -142,7 +142,7 @@ class AdaptiveDesign(FuzzyRecord):
         return self.model_copy(update={"adaptation": steps})
 
     def law_gains(self) -> AdaptiveGains:
-        """Return the gains of one individual."""
+        """Return the gains of the design, as those of one individual."""
         steps, limits = self.adaptation, self.adaptation.stable_range
         least = steps.smallest_overlap
         overlaps = (steps.k_a, steps.k_b) if least is None else (least.error, least.error_change)
@@ -150,7 +150,7 @@ class AdaptiveDesign(FuzzyRecord):
         return AdaptiveGains(self.table(), rates, limits.sectors() if limits else None)
 
     def judge(self) -> Judge:
-        """Return how the rules are judged."""
+        """Return the functions and options that judge the rules."""
         return Judge(blamed_aflc, self.adaptation.narrows_zero)
 
     def adapted(self, memory: AdaptiveMemory) -> Self:
@@ -176,7 +176,7 @@ class AdaptiveDesign(FuzzyRecord):
 
 
 def _within(terms: Partition) -> Partition:
-    """Return the terms with edges that rounding put beyond a neighbour's centre moved onto it."""
+    """Return the terms; edges that rounding put beyond a neighbour's centre are moved onto it."""
     centres = np.array(terms.centres)
     clipped = (np.clip(edges, centres[:-1], centres[1:]) for edges in terms[1:])
     pairs = zip(terms[1:], clipped, strict=True)
@@ -198,7 +198,7 @@ class AflcDesign(AdaptiveDesign):
     adaptation: BoundedRatesRecord  # step sizes and limits of the adaptation, JK04 section 4
 
     def table_gains(self) -> dict[str, tuple[float, float]]:
-        """Gains (K_1, K_2) of the table by method, and the limits of the adaptation."""
+        """Return gains (K_1, K_2) of the table by method, and those that limit the adaptation."""
         stable = self.adaptation.stable_range
         k2 = stable.sectors().k2(SCALARS, [stable.k1_max])
         return {**super().table_gains(), "limit of the adaptation": (stable.k1_max, k2)}

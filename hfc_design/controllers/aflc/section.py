@@ -15,7 +15,7 @@ JUDGES = (
 
 
 def sections(record: AflcDesign, shown: ReportContext) -> list[Section]:
-    """Return table and terms, the same as adapted, and the gains in the stable range."""
+    """Return sections: table and terms as designed and as adapted, gains in the stable range."""
     steps = record.adaptation
     parameters: flc.Parameters = [
         ("step of an edge of an error term, k_a", steps.k_a, "BLU"),
@@ -38,9 +38,9 @@ def sections(record: AflcDesign, shown: ReportContext) -> list[Section]:
 
 
 def at_the_end(record: AflcDesign, shown: ReportContext) -> dict[str, FuzzyRecord]:
-    """Return the controller of each axis at the end of the motion, by the axis' name.
+    """Return the adapted controller of each axis at the end of the motion, by the axis' name.
 
-    The law is stepped over the measured signals of the axis, which takes some 0.1 ms a sample.
+    The law runs again on the measured signals of the axis, which takes about 0.1 ms a sample.
     """
     final_records: dict[str, FuzzyRecord] = {}
     law, gains = aflc(record.sample_time_s, judge=record.judge()), record.law_gains()

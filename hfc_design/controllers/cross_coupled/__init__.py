@@ -24,7 +24,7 @@ class _OwnGenome(GainsGenome):
 
 
 class CrossCoupledGenome(WrapperGenome):
-    """Genome of a cross-coupled controller: the inner controllers, then its own gains."""
+    """Genome of a cross-coupled controller: that of the inner controllers, and of its own gains."""
 
     def __init__(self, settings: CrossCoupledSettings, target: Target):
         super().__init__(settings, target, _OwnGenome(settings, target))
@@ -36,7 +36,7 @@ class CrossCoupledGenome(WrapperGenome):
         return CrossGains(inner, k_p, k_i, k_d, tuple(np.stack(velocity)))
 
     def record(self, individual: ProductPopulation) -> Json:
-        """Return the record of the inner controllers with the gains."""
+        """Return a record of the inner controllers and of the contour and feed-forward gains."""
         inner, contour_genome = self.parts
         contour_gains = contour_genome.gains(individual.parts[1])
         k_p, k_i, k_d, *velocity = (float(gain[0]) for gain in contour_gains)

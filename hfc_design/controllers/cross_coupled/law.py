@@ -1,8 +1,8 @@
 """Cross-coupled control: axis controllers and a common controller of the contour error.
 
-The symmetric form of Koren (1980), with the variable gains on arcs of Koren & Lo (1991), who turn
-the normal of the path towards the point of the path nearest to the machine. Written for one machine
-in scalars; ``xp`` as in ``core.numbers``. Never imports JAX.
+The law is the symmetric form of Koren (1980) with the variable gains of Koren & Lo (1991): on arcs
+the normal of the path is turned towards the point of the path that is nearest to the machine. It is
+written for one machine in scalars; ``xp`` as in ``core.numbers``. Never imports JAX.
 """
 
 from collections.abc import Sequence
@@ -24,22 +24,22 @@ NO_PATH = "a cross-coupled controller needs the path of an X-Y machine"
 
 
 class CrossGains(NamedTuple):
-    """Gains of one individual, or of a population in the trailing axis."""
+    """Gains of one individual; for a population, arrays whose last dimension counts individuals."""
 
-    inner: Gains  # of the axis controllers
+    inner: Gains  # gains of the axis controllers
     k_p: Scalar  # gain on the contour error [command/error]
-    k_i: Scalar  # gain on its integral [command/(error s)]
-    k_d: Scalar  # gain on its rate [command s/error]
-    #: gain on the velocity of each reference [command s/error]
+    k_i: Scalar  # gain on the integral of the contour error [command/(error s)]
+    k_d: Scalar  # gain on the rate of the contour error [command s/error]
+    #: gain of each axis on the velocity of its reference [command s/error]; None: 0
     velocity: Sequence[Scalar] | None = None
 
 
 class CrossMemory(NamedTuple):
-    """Memory of the controller; before the first sample all but ``inner`` is zero."""
+    """Memory of the controller; before the first sample everything except ``inner`` is zero."""
 
     inner: Memory
-    error: Scalar  # contour error of the sample before
-    integral: Scalar  # [command]
+    error: Scalar  # contour error of the previous sample
+    integral: Scalar  # integral part of the command against the contour error [command]
 
 
 class CrossCoupled(NamedTuple):
@@ -59,7 +59,7 @@ class CrossCoupled(NamedTuple):
         return self.initial_memory(zero)._replace(inner=begun(self.inner, xp, zero, gains.inner))
 
     def primed(self, xp: Xp, gains: CrossGains, memory: CrossMemory, view: View) -> CrossMemory:
-        """Return the memory with this sample's contour error as the previous one."""
+        """Return the memory with the present contour error as the previous one."""
         inner = primed(self.inner, xp, gains.inner, memory.inner, view)
         error = memory.error if view.path is None else view.path.contour_error
         return memory._replace(inner=inner, error=error)
@@ -83,7 +83,7 @@ class CrossCoupled(NamedTuple):
             each = zip(inner, ahead, shares, strict=True)
             return [u + forward - share * (pd_part + integral) for u, forward, share in each]
 
-        further = [-share * step for share in shares]  # what the step does to each command
+        further = [-share * step for share in shares]  # change of each command by the step
         wound = self._wound(commands(before + step), further)
         integral = before + step if wound is None else xp.where(wound, before, before + step)
         pairs = zip(self.limits, commands(integral), strict=True)

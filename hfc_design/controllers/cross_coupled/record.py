@@ -19,8 +19,8 @@ class ContourRecord(Record):
     """Gains on the contour error; see ``law.CrossGains``."""
 
     k_p: Finite  # gain on the contour error [command/error]
-    k_i: Finite = 0.0  # gain on its integral [command/(error s)]
-    k_d: Finite = 0.0  # gain on its rate [command s/error]
+    k_i: Finite = 0.0  # gain on the integral of the contour error [command/(error s)]
+    k_d: Finite = 0.0  # gain on the rate of the contour error [command s/error]
 
 
 class CrossCoupledDesign(OuterDesign):
@@ -37,16 +37,16 @@ class CrossCoupledDesign(OuterDesign):
     feed_forward: dict[Label, Finite] = Field({}, exclude_if=not_)
 
     def reads(self) -> list[str]:
-        """Signals that the controller reads in a sample, with those of the inner controllers."""
+        """Return the signals that this and the inner controllers read in a sample."""
         signals = ["error", *(["reference_rate"] if self.feed_forward else [])]
         return list(dict.fromkeys([*signals, *self.inner_reads()]))
 
     def learnt(self, axes: tuple[str, ...], memory: Memory) -> Self | None:
-        """Return the design with the inner controllers as learned in ``memory``."""
+        """Return the design with what the inner controllers learned; None if they cannot learn."""
         return super().learnt(axes, memory.inner)
 
     def input_range(self, limit: float | None) -> dict[str, float]:
-        """Range besides the inner one: the axis velocity that alone commands the limit, or 1."""
+        """Return the velocity whose feed-forward alone commands ``limit`` (None: 1)."""
         largest = max(map(abs, self.feed_forward.values()), default=0.0)
         return input_ranges({"reference_rate": largest}, limit)
 
@@ -62,7 +62,7 @@ class CrossCoupledDesign(OuterDesign):
         """Return the controller on axes with these limits.
 
         Raises:
-            UserError: the machine has other axes.
+            UserError: the machine does not have two axes, or ``feed_forward`` names other ones.
         """
         axes = tuple(limits)
         if len(axes) != 2:
@@ -78,12 +78,12 @@ class CrossCoupledDesign(OuterDesign):
 
 
 class CrossRanges(NamedTuple):
-    """Searched gains, a range each."""
+    """Range (low, high) of each searched gain."""
 
     k_p: Any  # gain on the contour error [command/error]
-    k_i: Any  # gain on its integral [command/(error s)]
-    k_d: Any  # gain on its rate [command s/error]
-    velocity: Any  # gain on the velocity of each reference [command s/error]
+    k_i: Any  # gain on the integral of the contour error [command/(error s)]
+    k_d: Any  # gain on the rate of the contour error [command s/error]
+    velocity: Any  # gain on the velocity of the reference of each axis [command s/error]
 
 
 class CrossCoupledSettings(GainsSettings):
@@ -96,7 +96,7 @@ class CrossCoupledSettings(GainsSettings):
 
     @property
     def staged(self) -> bool:
-        """False: only the inner controllers may have stages."""
+        """False: strategies that move a distribution cannot search this kind."""
         return False
 
     def fault(self, target: Target) -> str | None:

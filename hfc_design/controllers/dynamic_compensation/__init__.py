@@ -14,7 +14,7 @@ from hfc_design.core.numbers import Json
 
 
 class CompensationGenome(WrapperGenome):
-    """Genome: the inner controllers, then the compensation's gains in shares of the settings."""
+    """Genome: that of the inner controllers, and of factors on the settings of the compensation."""
 
     def __init__(self, settings: CompensationSettings, target: Target):
         super().__init__(settings, target, GainsGenome(settings, target))
@@ -28,7 +28,7 @@ class CompensationGenome(WrapperGenome):
         return CompensationGains(inner, k_p, settings.dead_zone * shares.dead_zone, speed)
 
     def record(self, individual: ProductPopulation) -> Json:
-        """Return the record of the inner controllers with the compensation's own gains."""
+        """Return a record of the inner controllers and of the gains of the compensation."""
         gains, settings = self.gains(individual), self.settings
         pairs = zip(settings.k_p, gains.k_p, strict=True)
         return {

@@ -5,9 +5,9 @@ le their Euclidean length (LG09 eq. 3 to 6)::
 
     u_c = k_p (v_i / v) (e_i / le) (le - e_max)    where le > e_max, else 0
 
-Eq. 3 is printed without fractions and brackets: this is the reading that keeps all five of the
-principles above it. v_i is the commanded speed of the path, v the programmed one. Written for one
-machine in scalars; ``xp`` as in ``core.numbers``. Never imports JAX.
+The paper prints eq. 3 without fractions and brackets; this reading fits all five principles that
+precede it. v_i is the commanded speed along the path, v the programmed one. The law is written
+for one machine in scalars; ``xp`` as in ``core.numbers``. Never imports JAX.
 """
 
 from collections.abc import Sequence
@@ -18,20 +18,20 @@ from hfc_design.core.numbers import Gains, Memory, Scalar, Xp, total
 
 
 class CompensationGains(NamedTuple):
-    """Gains of one individual, or of a population in the trailing axis."""
+    """Gains of one individual; for a population, arrays whose last dimension counts individuals."""
 
-    inner: Gains  # of the controllers beside which it stands
-    k_p: Sequence[Scalar]  # of each axis [command/error]
-    dead_zone: Scalar  # e_max: mm and deg count alike [error]
-    speed: Scalar  # v, that the program asks for [error/s]
+    inner: Gains  # gains of the inner controllers
+    k_p: Sequence[Scalar]  # gain of each axis [command/error]
+    dead_zone: Scalar  # e_max; the length of all errors adds mm and deg [error]
+    speed: Scalar  # v, the programmed speed along the path [error/s]
 
 
 class DynamicCompensation(NamedTuple):
-    """Compensated controller of a machine."""
+    """Inner controller of a machine with the compensation added."""
 
     kind: str
     inner: Controller
-    along: tuple[int, ...]  # axes whose speeds make that of the path
+    along: tuple[int, ...]  # indices of the axes that make up the speed along the path
     limits: tuple[float | None, ...]  # largest command of each axis
 
     def initial_memory(self, zero: Scalar) -> Memory:
@@ -57,11 +57,11 @@ class DynamicCompensation(NamedTuple):
 
 
 def beyond(xp: Xp, dead_zone: Scalar, errors: Sequence[Scalar]) -> Scalar:
-    """Return ``(le - e_max) / le``; 0 in the dead zone, and continuous at its edge."""
+    """Return ``(le - e_max) / le``, where le is the length of ``errors``; 0 in the dead zone."""
     square = xp.maximum(total(error * error for error in errors), dead_zone * dead_zone)
     return 1.0 - dead_zone / xp.sqrt(square)
 
 
 def speed_share(xp: Xp, speed: Scalar, rates: Sequence[Scalar]) -> Scalar:
-    """Return ``v_i / v``, at most 1: where the path is as fast as programmed or faster."""
+    """Return ``v_i / v``, at most 1; v_i is the length of ``rates``, v the programmed ``speed``."""
     return xp.sqrt(xp.minimum(total(rate * rate for rate in rates) / (speed * speed), 1.0))

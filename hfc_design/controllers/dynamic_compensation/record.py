@@ -32,11 +32,11 @@ class CompensationDesign(OuterDesign):
     path_axes: tuple[Label, ...] = Field((), exclude_if=not_)
 
     def reads(self) -> list[str]:
-        """Signals that the controller reads in a sample, with those of the inner controllers."""
+        """Return the signals that this and the inner controllers read in a sample."""
         return list(dict.fromkeys(["error", "reference_rate", *self.inner_reads()]))
 
     def input_range(self, limit: float | None) -> dict[str, float]:
-        """Range of an axis besides the inner one: twice the dead zone, and the programmed speed."""
+        """Return twice the dead zone for the error, the programmed speed for ``reference_rate``."""
         return {"error": 2.0 * self.dead_zone, "reference_rate": self.programmed_speed}
 
     def law_gains(self) -> CompensationGains:
@@ -49,7 +49,7 @@ class CompensationDesign(OuterDesign):
         """Return the controller on axes with these limits.
 
         Raises:
-            UserError: the machine has other axes.
+            UserError: ``k_p`` or ``path_axes`` do not fit the axes of the machine.
         """
         axes = tuple(limits)
         if fault := axes_fault(axes, self.k_p, self.path_axes):
@@ -60,7 +60,7 @@ class CompensationDesign(OuterDesign):
 
 
 def axes_fault(axes: tuple[str, ...], k_p: Gain, along: tuple[str, ...]) -> str | None:
-    """Return why a controller does not fit a machine with these axes, in a line, or None."""
+    """Return why ``k_p`` or ``along`` does not fit a machine with ``axes``, in a line, or None."""
     has = f"the machine has {', '.join(axes)}"
     if tuple(k_p) != axes:
         return f"k_p: must name every axis once; {has}"
@@ -73,14 +73,14 @@ def axes_fault(axes: tuple[str, ...], k_p: Gain, along: tuple[str, ...]) -> str 
 
 
 class CompensationRanges(NamedTuple):
-    """Searched factors on the settings, a range each."""
+    """Range (low, high) of each searched factor on a setting."""
 
     k_p: Any  # factor on the k_p of every axis [1]
     dead_zone: Any  # factor on the dead zone [1]
 
 
 class CompensationSettings(GainsSettings):
-    """Start and ranges of a search, and settings of the inner search."""
+    """Settings of a search: initial gains, ranges of factors on them, and inner controllers."""
 
     own_ranges = CompensationRanges((0.05, 5.0), (0.05, 5.0))
     kind: Literal["dynamic-compensation"]
@@ -92,11 +92,11 @@ class CompensationSettings(GainsSettings):
 
     @property
     def staged(self) -> bool:
-        """False: only the inner controllers may have stages."""
+        """False: strategies that move a distribution cannot search this kind."""
         return False
 
     def fault(self, target: Target) -> str | None:
-        """Return why the search is impossible (other axes or inner controllers), or None."""
+        """Return why the search is impossible (axes or inner controllers), or None."""
         if fault := axes_fault(target.machine.axes, self.k_p, self.path_axes):
             return f"controller.{fault}"
         inner_fault = self.inner.fault(target)

@@ -1,6 +1,6 @@
-"""Export of a fuzzy controller: its rule table for other programs, its samples in words.
+"""Export of a fuzzy controller's rule table to other programs, and explanation of its command.
 
-Rules and terms of an adaptive kind are its initial ones.
+The exported rules and terms of an adaptive kind are those before it adapts.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ from hfc_design.core.numbers import Json, Memory
 
 
 def units(record: FuzzyRecord) -> list[RuleUnit]:
-    """Return the one rule table, with the names of the program that it comes from."""
+    """Return the only rule table, with variables named as in ``record.names``."""
     unit, names, rules = plain_unit(record), record.names, record.rules
     called = unit._replace(
         name=names.output,
@@ -28,7 +28,7 @@ def units(record: FuzzyRecord) -> list[RuleUnit]:
 
 
 def plain_unit(record: FuzzyRecord) -> RuleUnit:
-    """Return the rule table with the names of this package."""
+    """Return the rule table, with variables named as everywhere in this package."""
     error, change = (
         tuple(Triangle(term.label, *term.edges()) for term in terms)
         for terms in (record.error_terms, record.error_change_terms)
@@ -37,12 +37,12 @@ def plain_unit(record: FuzzyRecord) -> RuleUnit:
 
 
 def inputs(record: FuzzyRecord) -> list[str]:
-    """Names of the column and row inputs."""
+    """Return the names of the column input and of the row input."""
     return [record.names.error_change, record.names.error]
 
 
 def about(record: FuzzyRecord, signal_units: dict[str, str]) -> Json:
-    """Return form, output, integral gain, compensation, names and dead zone as plain data."""
+    """Return by key form, output, integral gain, compensation, unusual names and dead zone."""
     low, form, names = record.low_velocity, record.control_form(), record.names
     return {
         "form": form,
@@ -55,7 +55,7 @@ def about(record: FuzzyRecord, signal_units: dict[str, str]) -> Json:
 
 
 def notes(record: FuzzyRecord) -> list[str]:
-    """Return lines on the units of the signals and on what a rule table does not contain."""
+    """Return notes on the units of the signals and on what the rule table does not contain."""
     lines = ["error and error_change in BLU, output in units of the command"]
     if record.adapts:
         lines.append(
@@ -68,7 +68,7 @@ def notes(record: FuzzyRecord) -> list[str]:
 
 
 def tables(record: FuzzyRecord) -> dict[str, Rows]:
-    """Return ``rules.csv`` (rows: error, columns: its change), the terms and ``manifest.csv``."""
+    """Return the rows of ``rules.csv``, ``manifest.csv`` and the files of terms and labels."""
     names, rules = record.names, record.rules
     error, change = labels_of(record)
     corner = f"row {names.error} [BLU] \\ column {names.error_change} [BLU]"
@@ -88,7 +88,7 @@ def tables(record: FuzzyRecord) -> dict[str, Rows]:
 
 
 def labels_of(record: FuzzyRecord) -> tuple[list[str], list[str]]:
-    """Labels of the terms of the error and of its change."""
+    """Return the labels of the error's terms, and those of the terms of the change of error."""
     error, change = (
         [term.label for term in terms] for terms in (record.error_terms, record.error_change_terms)
     )
@@ -96,17 +96,17 @@ def labels_of(record: FuzzyRecord) -> tuple[list[str], list[str]]:
 
 
 def signals(record: FuzzyRecord) -> tuple[list[str], list[str]]:
-    """Signals of a sample, and those kept from the previous sample."""
+    """Return the signals read in a sample, and the readings kept from the previous sample."""
     return record.reads(), [] if record.control_form() == "P" else ["previous_error"]
 
 
 def remember(memory: Memory, readings: dict[str, float]) -> Memory:
-    """Return the memory with ``readings`` of the previous sample."""
+    """Return the memory with these ``readings`` as those of the previous sample."""
     return memory._replace(**readings)
 
 
 def shown(record: FuzzyRecord, parts: Parts) -> Json:
-    """Return the parts of a sample's command as plain data."""
+    """Return by key the unit with the rules that fire, and the parts of a sample's command."""
     names, (error, change) = record.names, labels_of(record)
     labels = None if record.rules.output_terms is None else record.rules.labels
     column = side(names.error_change, parts.change, change, spread(parts.in_change, len(change)))
@@ -119,13 +119,13 @@ def shown(record: FuzzyRecord, parts: Parts) -> Json:
 
 
 def apart(one: float, other: float) -> float:
-    """Distance of two numbers in single precision."""
+    """Return the distance of two numbers that are rounded to single precision."""
     with np.errstate(over="ignore", invalid="ignore"):
         return abs(float(np.float32(one) - np.float32(other)))
 
 
 def widths(record: FuzzyRecord) -> list[float]:
-    """Distances of the edges of terms from their centres, in single precision."""
+    """Return the distance of every edge of a term from the term's centre, in single precision."""
     table = record.table()
     terms = (*table.error_terms, *table.change_terms)
     return [apart(edge, term[1]) for term in terms for edge in term[::2]]

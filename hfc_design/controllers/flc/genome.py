@@ -1,4 +1,4 @@
-"""Genome of a feed drive's fuzzy controller: singletons, terms, integral gain, its sectors."""
+"""Genome of a feed drive's fuzzy controller: singletons, terms, integral gain, limit of K_1."""
 
 from functools import cache
 from typing import Any, NamedTuple
@@ -16,42 +16,42 @@ from hfc_design.core.numbers import ARRAYS, Floats, Gains, Integers, Json, Own
 from hfc_design.stability.sectors import Rectangle, bounded, inner_edges, middle
 from hfc_design.stability.stable_range import StableRange, stable_range
 
-#: Smallest distances of neighbouring centres of the error and of its change [BLU].
+#: Smallest distance of neighbouring centres: of error terms, and of terms of its change [BLU].
 SMALLEST_GAP = (1.0, 0.25)
 #: Smallest overlap of neighbouring terms, as a share of their centres' distance.
 SMALLEST_OVERLAP = 0.1
-#: Range of K_1 limits, in shares of the stable range's K_1.
+#: Range of the searched limit of K_1 (see ``stability.sectors``), as a share of ``k1_bound``.
 SHARES = (0.1, 0.95)
-#: Share used of the K_2 that the stable range allows at a K_1 limit.
+#: Limit of K_2, as a share of the largest K_2 in the stable range at the limit of K_1.
 INSIDE = 0.99
-#: Number of points at which the K_2 bound of the range is tabulated for interpolation.
+#: Number of K_1 at which the largest K_2 of the stable range is tabulated for interpolation.
 POINTS = 200
 #: Initial standard deviation of a distribution of all numbers, and the logarithm of the largest
-#: factor by which a distance may grow or shrink in it.
+#: factor by which the distance of two centres may grow or shrink in this distribution.
 EVERYTHING, FAR = 0.02, 4.0
 
 
 class FuzzyTables(NamedTuple):
-    """n individuals; every array carries them in its leading axis.
+    """Population of n individuals; the first axis of every array counts the individuals.
 
-    A joint describes the overlap of two neighbouring terms: the distance of their centres, and, in
-    shares of it from the lower centre on, the left edge of the upper term and the right edge of
-    the lower term.
+    A joint describes the overlap of two neighbouring terms: the distance of their centres, the left
+    edge of the upper term and the right edge of the lower term. Both edges are measured from the
+    lower centre, in shares of this distance.
     """
 
     tree: Integers  # (n,) 0: there is one structure
-    joints: Floats  # (n, joints, 3): of error, then of its change; distance [BLU], left, right [1]
+    joints: Floats  # (n, joints, 3): those of the error first; distance [BLU], left, right [1]
     singletons: Floats  # (n, error terms, change terms), units of the command
     k_i: Floats  # (n,) [units/(BLU s)]
-    share: Floats  # (n,) K_1 limit of the table, in shares of the stable range's K_1
+    share: Floats  # (n,) limit of the table's K_1, as a share of ``StableRange.k1_bound``
 
 
 class FuzzyGenome(Genome):
     """Operations of a search on ``FuzzyTables``.
 
-    Every individual keeps its table in a rectangle [0, K_1] x [0, K_2] of the narrowest stable
-    range of the axes. An adaptive table stays in this rectangle, and its terms never overlap less
-    than initially.
+    The gains of every table stay in a rectangle [0, K_1] x [0, K_2] inside the narrowest of the
+    axes' stable ranges. If the table adapts, it stays in this rectangle too, and no overlap of
+    terms gets smaller than the smallest initial one.
     """
 
     def __init__(self, settings: FuzzySettings, target: Target):
@@ -64,15 +64,15 @@ class FuzzyGenome(Genome):
         )
         limits = (limit for limit in target.limits.values() if limit is not None)
         self.start: Own = settings.start.on(*drives[0])  # a FuzzyRecord of the kind
-        self.terms = tuple(map(len, self.start.table()[:2]))  # of the error, of its change
+        self.terms = tuple(map(len, self.start.table()[:2]))  # number of terms: error, change
         rows, columns = (count - 1 for count in self.terms)
-        self.side = np.repeat([0, 1], [rows, columns])  # of each joint
+        self.side = np.repeat([0, 1], [rows, columns])  # 0: joint of the error, 1: of its change
         self.mirror = np.r_[rows - 1 : -1 : -1, rows + columns - 1 : rows - 1 : -1]
         self.stable = min(ranges, key=lambda gain_range: gain_range.k1_bound)
         self.largest_command = min(*commands, *limits)  # [unit]
 
     def empty(self) -> FuzzyTables:
-        """Return one individual, the start."""
+        """Return one individual, the start of the search."""
         table = self.start.table()
         sides = [np.array(terms) for terms in (table.error_terms, table.change_terms)]
         lower = np.concatenate([terms[:-1] for terms in sides])
@@ -89,10 +89,10 @@ class FuzzyGenome(Genome):
         return self._allowed(individual)
 
     def fresh(self, tree: Integers, rng: np.random.Generator) -> FuzzyTables:
-        """Return the start, and variations of it in widths, heights, gains and noise."""
+        """Return the start, and variations of it: other widths, heights and gains, and noise."""
         count = len(tree)
         start = taken(self.empty(), np.zeros(count, int))
-        near = rng.random(count)  # 0: as the start
+        near = rng.random(count)  # 0: equal to the start
         near[0] = 0.0
         factor = np.exp(near[:, None] * rng.standard_normal((count, 3)))
         noise = near[:, None, None] * rng.standard_normal(start.singletons.shape)
@@ -111,7 +111,7 @@ class FuzzyGenome(Genome):
     def mutated(
         self, population: FuzzyTables, step: Floats, rng: np.random.Generator
     ) -> FuzzyTables:
-        """Move single singletons and joints, scale, tilt and shift the whole."""
+        """Move singletons and joints; scale, tilt and shift tables; change gains and limits."""
         count = len(population.tree)
         size = step[:, None, None]
         shape = population.singletons.shape
@@ -148,7 +148,7 @@ class FuzzyGenome(Genome):
         return population._replace(singletons=population.singletons * off)
 
     def around(self, about: FuzzyTables) -> Stage:
-        """Return a stage: distances of centres by logarithm, the rest in shares of its range."""
+        """Return a stage: logarithms of centres' distances, and the rest in shares of ranges."""
         heights = self.largest_command
         most = self.settings.largest_integral_gain
         widths, edges = about.joints[0, ..., 0], about.joints[0, ..., 1:]
@@ -196,7 +196,7 @@ class FuzzyGenome(Genome):
         return record
 
     def _allowed(self, population: FuzzyTables) -> FuzzyTables:
-        """Return the nearest individuals whose terms have no gap and whose tables are in range."""
+        """Return the nearest individuals with overlapping terms and with numbers within limits."""
         joints, singletons = population.joints.copy(), population.singletons
         if self.settings.symmetric:
             mirrored = joints[:, self.mirror]
@@ -231,14 +231,14 @@ class FuzzyGenome(Genome):
         return np.array(SMALLEST_GAP)
 
     def sectors(self, share: Floats) -> Rectangle:
-        """Limits of tables whose K_1 stays below ``share`` (n,) of the stable range's K_1."""
+        """Return limits (n,) of K_1 and K_2; that of K_1 is ``share`` (n,) of ``k1_bound``."""
         k1 = share * self.stable.k1_bound
         return Rectangle(k1, INSIDE * np.interp(k1, *_bounds(self.stable)))
 
 
 @cache
 def _bounds(stable: StableRange) -> tuple[Floats, Floats]:
-    """Evenly spaced K_1 (POINTS,) and the K_2 that the range allows at them."""
+    """Return evenly spaced K_1 (POINTS,), and the largest K_2 of the stable range at each."""
     k1 = np.linspace(*SHARES, POINTS) * stable.k1_bound
     return k1, stable.k2(k1)
 
@@ -254,21 +254,21 @@ def terms_of_joints(joints: Floats) -> Floats:
     centres = centres - centres[..., half : half + 1]
     lower, upper = centres[..., :-1], centres[..., 1:]
     left, right = np.full_like(centres, -np.inf), np.full_like(centres, np.inf)
-    # Rounding passes no centre.
+    # Clipped, so that rounding moves no edge past a centre.
     left[..., 1:] = np.clip(lower + joints[..., 1] * gap, lower, upper)
     right[..., :-1] = np.clip(lower + joints[..., 2] * gap, lower, upper)
     return np.moveaxis(np.stack([left, centres, right], axis=-1), 0, -1)
 
 
 def _in_sectors(sectors: Rectangle, terms: tuple[Any, Any], singletons: Floats) -> Floats:
-    """Move singletons (n, rows, columns) to the nearest values inside ``sectors`` of (n,)."""
+    """Return the nearest singletons (n, rows, columns) whose K_1 and K_2 obey ``sectors`` (n,)."""
     table: Any = np.moveaxis(singletons, 0, -1)
     error_terms, change_terms = terms
     row_edges, edges = (inner_edges(*Partition.of(side)[1:]) for side in terms)
     bound = bounded(ARRAYS, sectors, row_edges, edges, table, table)
-    zero = middle(error_terms)  # whose row has no bound
+    zero = middle(error_terms)  # ``bounded`` leaves its row
     rows = [[*(bound(i) if i != zero else table[i])] for i in range(len(row_edges))]
-    # The adaptation never touches the row of no error; here it has to obey the sector of u_2 too.
+    # The adaptation leaves this row as it is; a search has to bound it by the sector of u_2 too.
     row, none = rows[zero], middle(change_terms)
     for j in range(len(row)):
         most = sectors.k2_max * edges[j]

@@ -1,7 +1,7 @@
 """Two-input fuzzy controller of a feed drive (Jee & Koren 2004, sections 2 and 4.3).
 
-Written for one axis in scalars and without branches on their values; ``xp`` as in
-``core.numbers``. Never imports JAX.
+The functions compute with scalars of one axis, without branches on values; ``xp`` is explained
+in ``core.numbers``. Never imports JAX.
 """
 
 from collections.abc import Sequence
@@ -23,19 +23,19 @@ class Compensation(NamedTuple):
     backward: Sequence[Scalar]  # (3,) the same for V < 0
     highest_velocity_mm_s: Scalar  # speed from which there is no compensation
     breakaway: Sequence[Scalar]  # (2,) command at rest towards + and towards -
-    smallest_error: Scalar  # [BLU] below it an axis at rest is left alone
+    smallest_error: Scalar  # [BLU] below it, nothing is added at rest
     blu_mm: Scalar  # length of a BLU
 
 
 class FlcGains(NamedTuple):
-    """Numbers of the fuzzy controller: one individual, or a population in the trailing axis."""
+    """Numbers of the controller: of one individual, or of a population along the last axis."""
 
     error_terms: Triangles  # (7, 3) left, centre, right [BLU]; the outermost edges are not read
     change_terms: Triangles  # (7, 3) the same for e(k) - e(k-1) [BLU]
     singletons: RuleTable  # (7, 7) [term of e][term of its change], units of the command
-    k_i: Scalar  # integral gain [units/(BLU s)]: K_I T is the K_I of JK95 eq. 3
+    k_i: Scalar  # integral gain [units/(BLU s)]; k_i x sample time is K_I of JK95 eq. 3
     compensation: Compensation | None = None
-    dead_zone: Scalar | None = None  # [BLU] an error no larger counts as 0; None: every one counts
+    dead_zone: Scalar | None = None  # [BLU] errors up to it count as 0; None: all count
 
 
 class FlcMemory(NamedTuple):
@@ -47,9 +47,9 @@ class FlcMemory(NamedTuple):
 
 
 def flc(form: str, sample_time: float, limit: float | None = None) -> AxisLaw:
-    """Law of kind ``flc``; ``form`` as in JK95 eq. 1.
+    """Return the law of kind ``flc`` in a ``form`` of JK95 eq. 1.
 
-    ``P`` u = F(e), ``PI`` du = F(e, de), ``PD`` u = F(e, de).
+    ``P``: u = F(e); ``PI``: du = F(e, de); ``PD``: u = F(e, de), d the change in a sample.
     """
     return AxisLaw(sample, initial_memory, sample_time, limit, form, tells=True, prime=primed)
 
@@ -65,7 +65,7 @@ def primed(xp: Xp, law: AxisLaw, gains: FlcGains, memory: FlcMemory, signals: Si
 
 
 class RuleBase(NamedTuple):
-    """Partitions and singletons at a sample."""
+    """Terms of both inputs, and singletons, as they are at a sample."""
 
     error: Partition  # [BLU]
     change: Partition  # [BLU]
@@ -115,7 +115,7 @@ def commanded(
     memory: FlcMemory,
     signals: Signals,
 ) -> tuple[Scalar, FlcMemory, Parts]:
-    """Return the same as ``sample``, by the given rule ``base`` and degrees of the error."""
+    """Return the same as ``sample``, from a rule ``base`` and the degrees of the error in it."""
     error = outside(xp, gains.dead_zone, signals["error"])
     change = 0.0 * error if law.structure == "P" else error - memory.error
     in_change = memberships(xp, base.change, change)
@@ -140,9 +140,9 @@ def _sum(fuzzy: Scalar, integral: Scalar, compensation: Scalar | None) -> Scalar
 
 
 def infer(xp: Xp, in_error: Degrees, in_change: Degrees, singletons: RuleTable) -> Scalar:
-    """Return the overall action u_0: product of degrees, average of the singletons' centres.
+    """Return the overall action u_0: the average of singletons, weighted by products of degrees.
 
-    Where no rule fires the action is 0; terms without gaps (see ``design``) always fire one.
+    Where no rule fires the action is 0; with terms that overlap everywhere some rule always fires.
     Between evenly spaced centres E_i, E_i + alpha and D_j, D_j + beta, with edges on the
     neighbours' centres, this is the bilinear form that JK04 eq. 7 prints without its last term::
 
@@ -155,10 +155,10 @@ def infer(xp: Xp, in_error: Degrees, in_change: Degrees, singletons: RuleTable) 
 
 
 def compensate(xp: Xp, law: Compensation, velocity: Scalar, error: Scalar) -> Scalar:
-    """U_d for an axis at ``velocity`` [BLU/s] with ``error`` [BLU] (JK04 eq. 28-30).
+    """Return u_d for an axis at ``velocity`` [BLU/s] with ``error`` [BLU] (JK04 eq. 28-30).
 
-    Added to every singleton (eq. 29) it adds to the overall action. An axis at rest is pushed
-    towards its reference, and only when the error is a command and not the encoder's noise.
+    The paper adds u_d to every singleton (eq. 29), which adds it to the overall action. An axis at
+    rest is pushed towards its reference, but not by an error as small as the encoder's noise.
     """
     v = law.blu_mm * velocity
     (a, b, c), (d, e, f) = law.forward, law.backward

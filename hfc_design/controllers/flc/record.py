@@ -32,9 +32,9 @@ class NamesRecord(Record):
     """Names of the variables, and of the whole system."""
 
     error: Label = "error"  # name of the error in exported files
-    error_change: Label = "error_change"  # name of its change in exported files
+    error_change: Label = "error_change"  # name of the change of the error in exported files
     output: Label = "rules"  # name of the output of the rules in exported files
-    #: name of the whole system in exported files; left out: that of the output
+    #: name of the whole system in exported files; left out: the name of the output
     engine: Label | None = Field(None, exclude_if=lambda name: name is None)
 
     @model_validator(mode="after")
@@ -47,17 +47,17 @@ class NamesRecord(Record):
         return self
 
 
-#: Default names of the variables, unless another program gave others.
+#: Default names of the variables.
 USUAL = NamesRecord()
 
 
 def called(name: str, usual: str, meaning: str) -> str:
-    """Return a variable's name for people, with its meaning if the name is not the usual one."""
+    """Return the text for a variable: ``meaning``, or "name (meaning)" if its name is unusual."""
     return meaning if name in (usual, meaning) else f"{name} ({meaning})"
 
 
 def signals_of(names: NamesRecord) -> dict[str, str]:
-    """Return a mapping of input names to their signals, without inputs of usual names."""
+    """Return name -> signal of the inputs that do not have the usual names."""
     pairs = (names.error, USUAL.error), (names.error_change, USUAL.error_change)
     return {name: signal for name, signal in pairs if name != signal}
 
@@ -83,7 +83,7 @@ BLU_MM = 0.01
 class TriangleRecord(Record):
     """One linguistic term: a triangle (JK04 eq. 1). An edge that is null or left out is infinite.
 
-    It can be left out because TOML has no null.
+    An edge can be left out because TOML has no null.
     """
 
     label: Label  # name of the term
@@ -119,7 +119,7 @@ class CompensationRecord(Record):
     #: coefficients of V^2, V and 1 for V >= 0 in mm/s [command]
     forward: tuple[Finite, Finite, Finite]
     backward: tuple[Finite, Finite, Finite]  # the same for V < 0 [command]
-    highest_velocity_mm_s: Positive  # speed from which there is no compensation [mm/s]
+    highest_velocity_mm_s: Positive  # speed from which on nothing is compensated [mm/s]
     breakaway: tuple[Finite, Finite]  # command at rest towards + and towards - [command]
     smallest_error: Positive  # error below which an axis at rest is not moved [BLU]
     blu_mm: Positive = Field(BLU_MM, exclude_if=BLU_MM.__eq__)  # length of a BLU [mm]
@@ -129,8 +129,8 @@ class FuzzyRecord(ControllerRecord):
     """Common base of the three fuzzy kinds."""
 
     error_terms: Terms  # triangles of the error, in order
-    error_change_terms: Terms  # triangles of its change in a sample, in order
-    #: rule table: a row for each term of the error, a column for each of its change
+    error_change_terms: Terms  # triangles of the change of the error in a sample, in order
+    #: rule table: a row for each term of the error, a column for each term of its change
     rules: RulesRecord
     integral_gain: Finite  # gain on the integral of the error [units/(BLU s)]
     #: friction that is compensated at low speed; left out: none
@@ -165,7 +165,7 @@ class FuzzyRecord(ControllerRecord):
 
     @classmethod
     def renewed(cls, data: Json, keys: list[str]) -> None:
-        """Drop labels after changed numbers or, with output terms, numbers after changed labels."""
+        """Remove labels if numbers changed; with output terms, numbers if labels changed."""
         rules = data.get("rules")
         if isinstance(rules, dict):
             if fault := unused_term(rules, keys):
@@ -181,7 +181,7 @@ class FuzzyRecord(ControllerRecord):
         return self
 
     def control_form(self) -> str:
-        """Form of JK95 eq. 1; only an ``flc`` has a choice."""
+        """Return the form of JK95 eq. 1; it is "PD" unless an ``flc`` sets another."""
         return "PD"
 
     def reads(self) -> list[str]:
@@ -189,14 +189,14 @@ class FuzzyRecord(ControllerRecord):
         return ["error", "velocity"] if self.low_velocity else ["error"]
 
     def on(self, drive: "Drive", parameters: Parameters) -> Self:
-        """Return the design with the length of a BLU of the ``drive``."""
+        """Return the design with the length of a BLU that the ``drive`` has."""
         if self.low_velocity is None or drive.millimetres is None:
             return self
         low = self.low_velocity.model_copy(update={"blu_mm": drive.millimetres(parameters)})
         return self.model_copy(update={"low_velocity": low})
 
     def input_range(self, limit: float | None) -> dict[str, float]:
-        """Ranges of the inputs: outermost centres, and the highest compensated velocity."""
+        """Return ranges: outermost centres [BLU], and the highest compensated velocity [BLU/s]."""
         ranges = {
             name: max(abs(term.centre) for term in terms)
             for name, terms in (
@@ -219,7 +219,7 @@ class FuzzyRecord(ControllerRecord):
         return notes
 
     def table(self) -> FlcGains:
-        """Return the fuzzy controller of one individual."""
+        """Return the numbers of the fuzzy controller, as those of one individual."""
         return FlcGains(
             tuple(term.edges() for term in self.error_terms),
             tuple(term.edges() for term in self.error_change_terms),
@@ -257,7 +257,7 @@ class FlcDesign(FuzzyRecord):
         return rules
 
     def law_gains(self) -> FlcGains:
-        """Return the gains of one individual."""
+        """Return the gains of the design, as those of one individual."""
         return self.table()
 
     def law(self, limit: float | None) -> AxisLaw:
@@ -265,12 +265,12 @@ class FlcDesign(FuzzyRecord):
         return flc(self.form, self.sample_time_s, limit)
 
     def control_form(self) -> str:
-        """Form of the design."""
+        """Return the form of the design."""
         return self.form
 
 
 def terms_fault(terms: Terms) -> str | None:
-    """Return what is wrong with a row of terms, in one line; None if nothing is."""
+    """Return a message on what is wrong with the terms of an input; None if nothing is."""
     labels = [term.label for term in terms]
     if fault := _labels_fault(labels):
         return fault
@@ -307,11 +307,11 @@ def _labels_fault(labels: list[str]) -> str | None:
 
 
 class FuzzySettings(Ordered, ControllerSettings):
-    """Bounds of a search that starts from a fuzzy controller, or from that of a design."""
+    """Settings of a search for a fuzzy controller: the design to start from, and bounds."""
 
     keys_last = ("kind",)
     start: Any  # design that the search starts from: a built-in name, a file, or a record
-    symmetric: bool = True  # whether both directions are treated alike
+    symmetric: bool = True  # whether the controller acts alike in both directions
     #: largest integral gain of the search [units/(BLU s)]
     largest_integral_gain: NotNegative = 8.0
 
@@ -322,7 +322,7 @@ class FuzzySettings(Ordered, ControllerSettings):
         return controller_named(start, info)
 
     def fault(self, target: Target) -> str | None:
-        """Return why the search is impossible (no stable range, or unfit start), or None."""
+        """Return why the search is impossible (no feed drive, or unfit start), or None."""
         for drive in target.machine.drives:
             if drive.linear is None:
                 unfit = f"needs a feed drive (got {drive.name})"

@@ -25,11 +25,11 @@ HeightTable = Annotated[Heights, Field(min_length=FEWEST, max_length=MOST)]
 
 
 class RulesRecord(Record):
-    """Rule base: rows by error and columns by its change, both from the lowest term on.
+    """Rule table: rows by terms of the error, columns by terms of its change, the lowest first.
 
-    If ``output_terms`` names the singletons, a rule's number is that of its label. Otherwise the
-    labels are the seven usual ones and only order the numbers. Either labels or numbers may be
-    left out: they follow from the others.
+    With ``output_terms``, the number of a rule is that of its label, and the numbers may be left
+    out. Without, the labels are the seven usual ones; a larger label must have a larger number,
+    and the labels may be left out.
     """
 
     labels: LabelTable  # name of the output term of each rule
@@ -84,9 +84,9 @@ class RulesRecord(Record):
         return len(self.centroids), len(self.centroids[0])
 
     def contradiction(self) -> str | None:
-        """Return a line on two rules whose labels and numbers are in opposite orders, or None."""
+        """Return a message on two rules whose labels and numbers have opposite orders, or None."""
         if self.output_terms is not None:
-            return None  # each label is a number
+            return None  # each label has one number
         by_label = defaultdict(list)
         for i, row in enumerate(self.labels):
             for j, label in enumerate(row):
@@ -107,7 +107,7 @@ class RulesRecord(Record):
         return rules.relabelled() if unfit else rules
 
     def relabelled(self) -> Self:
-        """Return the same numbers with the nearest labels."""
+        """Return the rules with the same numbers and the labels of ``nearest_labels``."""
         rows = tuple(map(tuple, nearest_labels(self.centroids)))
         return self.model_copy(update={"labels": rows})
 
@@ -137,7 +137,7 @@ def _unnamed(labels: Iterable[Iterable[str]], known: Iterable[str]) -> str | Non
 
 
 def unused_term(rules: Json, keys: Iterable[str]) -> str | None:
-    """Return a message on the first of changed ``keys`` that no rule has as output term, or None.
+    """Return a message on the first changed key of an output term that no rule has, or None.
 
     Without this check a mistyped name would silently be one more term.
     """
@@ -155,9 +155,9 @@ def unused_term(rules: Json, keys: Iterable[str]) -> str | None:
 
 
 def nearest_labels(table: Sequence[Sequence[float]]) -> list[list[str]]:
-    """Return for each singleton the label of the nearest usual height, in shares of the largest."""
+    """Return the label of the nearest centroid for each number, all in shares of the largest."""
     heights: Floats = np.array(table, dtype=np.float64)
     shares = heights / max(np.abs(heights).max(), sys.float_info.min)
     off = np.abs(shares[..., None] - np.array(CENTROIDS) / CENTROIDS[-1])
-    nearest = np.round(off, 9).argmin(axis=-1)  # of two that are as near the first
+    nearest = np.round(off, 9).argmin(axis=-1)  # of two equally near ones the first
     return [[LABELS[k] for k in row] for row in cast(Floats, nearest)]

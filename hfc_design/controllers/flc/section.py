@@ -38,7 +38,7 @@ FORMS = {
     "PI": "In the form PI the output of the rules is the change of their command. ",
     "PD": "",
 }
-#: Parameters as name, value and unit.
+#: Rows of a table of parameters: name, value, unit.
 Parameters = Sequence[tuple[str, float | str, str]]
 
 
@@ -56,7 +56,10 @@ def table_sections(record: FuzzyRecord, shown: ReportContext) -> list[Section]:
 def controller(
     record: FuzzyRecord, kind: str = "", before: Parameters = (), behind: Parameters = ()
 ) -> Section:
-    """Return table and terms; ``kind`` adds text, with parameters before and behind the gain."""
+    """Return the section with gains, rule table, terms and surface.
+
+    ``kind`` is text on the kind; ``before`` and ``behind`` are rows around the integral gain.
+    """
     names = record.names
     if signals_of(names):
         kind += (
@@ -113,7 +116,7 @@ def controller(
 
 
 def drawn_surface(record: FuzzyRecord, title: str, whose: str) -> Drawing:
-    """Return the control surface with a cursor; ``whose`` is text on the owner of the table."""
+    """Return the control surface with a cursor; ``whose`` continues a sentence of the caption."""
     zone = record.dead_zone
     return surfaces.drawing(
         surface(record, title),
@@ -127,7 +130,7 @@ def drawn_surface(record: FuzzyRecord, title: str, whose: str) -> Drawing:
 def stable_gains(
     record: FuzzyRecord, shown: ReportContext, adapted: Mapping[str, FuzzyRecord] = {}
 ) -> Section:
-    """Return the sectors of the table in the stable range of the axis with the largest gain."""
+    """Return the gains of the tables in the stable range of the axis with the largest gain."""
     gains = record.table_gains()
     for axis, after in adapted.items():
         gains[f"{axis}, adapted"] = after.table_gains()["table, with its edges"]
@@ -166,10 +169,7 @@ BEYOND = 1.25
 
 
 def terms(record: FuzzyRecord, title: str, before: FuzzyRecord | None = None) -> Figure:
-    """Draw the degrees of membership in the terms of the error and of its change.
-
-    ``before`` is drawn in grey below.
-    """
+    """Draw the terms of the error and of its change; those of ``before`` in grey behind them."""
     labels = (side.label for side in _sides(record))
     panels = []
     for key, label in zip(("error_terms", "error_change_terms"), labels, strict=True):
@@ -190,7 +190,7 @@ def _triangle(term: TriangleRecord, span: float) -> Curve:
 def rule_table(record: FuzzyRecord, title: str, before: FuzzyRecord | None = None) -> Figure:
     """Draw the singletons [unit], rows by error and columns by its change.
 
-    With ``before`` the colours show how far each has moved.
+    With ``before`` the colours show how far each singleton has moved since.
     """
     values = np.array(record.rules.centroids)
     moved = None if before is None else values - np.array(before.rules.centroids)
@@ -202,7 +202,7 @@ def rule_table(record: FuzzyRecord, title: str, before: FuzzyRecord | None = Non
 
 
 def surface(record: FuzzyRecord, title: str) -> Surface:
-    """Return the initial output of the rules [unit], between and beyond the terms' centres."""
+    """Return the surface of the output [unit] of the rules in the first sample."""
     record = record.at_first()
     error, change = _sides(record)
     said = "change of command" if record.control_form() == "PI" else "command"
@@ -219,7 +219,7 @@ def surface(record: FuzzyRecord, title: str) -> Surface:
 
 
 def _sides(record: FuzzyRecord) -> tuple[Side, Side]:
-    """Return the drawn ranges of the error and of its change."""
+    """Return error and change of error as axes of pictures, with names, units and ranges."""
     names = record.names
     error, change = _ranges(record.error_terms), _ranges(record.error_change_terms)
     return (
@@ -246,7 +246,7 @@ def pictures(record: FuzzyRecord, drive: Drive) -> dict[str, dict[str, Drawn]]:
 
 
 def commanded(record: FuzzyRecord, error: Floats, change: Floats) -> Floats:
-    """Return the output of the rules [unit] at errors and changes [BLU] that broadcast."""
+    """Return the output of the rules [unit] at errors and changes [BLU], arrays that broadcast."""
     table = record.table()
     in_error = memberships(ARRAYS, Partition.of(table.error_terms), error)
     in_change = memberships(ARRAYS, Partition.of(table.change_terms), change)

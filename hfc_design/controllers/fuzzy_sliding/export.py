@@ -1,6 +1,6 @@
 """Export of adaptive fuzzy sliding control: its rule table, and its samples in words.
 
-Rules include the moves learned so far, wherever they do not adapt.
+The exported rules include the moves that the rules have learned so far.
 """
 
 from hfc_design.controllers.fuzzy_sliding.law import Parts
@@ -13,7 +13,7 @@ from hfc_design.core.records import TERMS, ZR
 
 
 def _terms(largest: float) -> tuple[Triangle, ...]:
-    """Return evenly spaced triangles with the outermost centres at ``largest`` from 0."""
+    """Return seven evenly spaced triangles with centres from -``largest`` to ``largest``."""
     gap = largest / ZR
     centres = [gap * (k - ZR) for k in range(TERMS)]
     edges = [-float("inf"), *centres, float("inf")]
@@ -29,7 +29,7 @@ def units(record: SlidingDesign) -> list[RuleUnit]:
 
 
 def about(record: SlidingDesign, signal_units: dict[str, str]) -> Json:
-    """Return output, sliding surface and linear gains as plain data."""
+    """Return the name of the output, the sliding surface and the linear gains, as JSON."""
     pid = record.pid
     return {
         "output": "rules",
@@ -47,7 +47,7 @@ def notes(record: SlidingDesign) -> list[str]:
 
 
 def tables(record: SlidingDesign) -> dict[str, Rows]:
-    """Return ``rules.csv`` (rows: error, columns: its rate), centres and ``manifest.csv``."""
+    """Return CSV files: rules (rows: error, columns: error_rate), centres and a manifest."""
     corner = "row error \\ column error_rate"
     centres = [["input", *LABELS]]
     for name in ("error", "error_rate"):
@@ -60,7 +60,7 @@ def tables(record: SlidingDesign) -> dict[str, Rows]:
 
 
 def shown(record: SlidingDesign, parts: Parts) -> Json:
-    """Return the parts of a sample's command as plain data."""
+    """Return the rules that fire in a sample, and the parts of its command, as JSON."""
     column = side("error_rate", parts.rate, LABELS, spread(parts.in_rate, TERMS))
     row = side("error", parts.error, LABELS, spread(parts.in_error, TERMS))
     unit = fired("rules", column, row, parts.consequents, parts.fuzzy)

@@ -1,4 +1,4 @@
-"""Genome of adaptive fuzzy sliding control: its numbers, and optionally its consequents."""
+"""Genome of adaptive fuzzy sliding control: eight numbers, and optionally the consequents."""
 
 from typing import Any
 
@@ -12,14 +12,14 @@ from hfc_design.controllers.kind import Target
 from hfc_design.core.numbers import Floats, Integers, Json
 from hfc_design.core.records import TERMS, ZR
 
-#: Spread of the consequents of first individuals about the start, in shares of their range.
+#: Standard deviation of first consequents about those of the start, as a share of their range.
 SPREAD = 0.1
-#: Size of the upper half of a table, which is searched if the lower half mirrors it.
+#: Number of searched consequents of a symmetric table; the other ones follow by symmetry.
 HALF = TERMS * TERMS // 2
 
 
 class SlidingGenome(GainsGenome):
-    """Operations of a search on ``GainVectors``: places of ``searched``, then of consequents."""
+    """Operations of a search on ``GainVectors``: those of ``searched`` first, then consequents."""
 
     def __init__(self, settings: SlidingSettings, target: Target):
         Genome.__init__(self, settings, target)
@@ -31,10 +31,10 @@ class SlidingGenome(GainsGenome):
             name: _range(about[name], factor, settings.ranges.get(name))
             for name, factor in SEARCHED.items()
         }
-        #: Consequents (7, 7) of the start, in shares of the largest.
+        #: Consequents (7, 7) of the start, divided by the largest magnitude.
         self.shape: Floats = np.array(self.start.table()) / height
         count = 0 if not settings.consequents else HALF if settings.symmetric else TERMS * TERMS
-        self.ranges = (*self.searched, *range(count))  # as many as there are places
+        self.ranges = (*self.searched, *range(count))  # one element for each searched number
 
     def empty(self) -> GainVectors:
         """Return one individual, the start."""
@@ -43,10 +43,10 @@ class SlidingGenome(GainsGenome):
         return GainVectors(np.zeros(1, int), np.array([[*places, *table]]))
 
     def fresh(self, tree: Integers, rng: np.random.Generator) -> GainVectors:
-        """Return the start, and individuals between it and random ones."""
+        """Return individuals: the start, then points between the start and random ones."""
         count, few = len(tree), len(self.searched)
         places = np.tile(self.empty().places, (count, 1))
-        near = rng.random((count, 1))  # 0: as the start
+        near = rng.random((count, 1))  # share of the way from the start to a random point
         near[:1] = 0.0
         off = rng.random((count, few)) - places[:, :few]
         noise = SPREAD * rng.standard_normal(places[:, few:].shape)
@@ -54,7 +54,7 @@ class SlidingGenome(GainsGenome):
         return GainVectors(tree, np.clip(places, 0.0, 1.0))
 
     def numbers(self, population: GainVectors) -> dict[str, Floats]:
-        """Return the searched numbers other than the consequents, each (n,)."""
+        """Return the searched numbers other than the consequents by name, each (n,)."""
         pairs = zip(self.searched.items(), population.places.T, strict=False)
         return {name: one.value(place) for (name, one), place in pairs}
 
@@ -92,7 +92,7 @@ class SlidingGenome(GainsGenome):
         )
 
     def record(self, individual: GainVectors) -> Json:
-        """Return the record of the start with the searched values and without learned moves."""
+        """Return the start's record with the searched values; no learned moves, no sample time."""
         numbers = {name: float(value[0]) for name, value in self.numbers(individual).items()}
         record: Json = self.start.model_dump()
         for key in ("largest_error", "largest_error_rate"):
@@ -106,6 +106,6 @@ class SlidingGenome(GainsGenome):
 
 
 def _range(start: float, factor: float, user_range: tuple[float, float] | None) -> Searched:
-    """Return a logarithmic range about the start; without a user range, a zero stays zero."""
+    """Return a number with the user's range, or from start / factor to start * factor."""
     low, high = user_range or (start / factor, start * factor)
     return Searched(low, high, float(np.clip(start, low, high)))

@@ -29,20 +29,20 @@ from hfc_design.plotting.section import Drawing, Drawn, Section
 from hfc_design.plotting.terms import Panel, terms
 from plants import Drive
 
-#: Terms and surfaces are drawn up to this multiple of the outermost centre.
+#: Terms and surfaces are drawn up to this multiple of the outermost centres.
 BEYOND = 1.25
-#: Largest number of samples in a picture over time: as many columns as can be seen.
+#: Largest number of columns in a picture over time; more could not be distinguished.
 COLUMNS = 400
 
 
 def rules(values: Floats, title: str, meaning: str, moved: Floats | None = None) -> Figure:
-    """Draw the rule table (7, 7), with the amounts that rules ``moved`` by as colours."""
+    """Draw a rule table (7, 7); colours show ``values``, or how far the rules have ``moved``."""
     names = "row: error", "column: rate of the error"
     return heat_map(values, (LABELS, LABELS), *names, title, meaning, moved)
 
 
 def surface(record: SlidingDesign, drive_units: dict[str, str], title: str) -> Surface:
-    """Return the output of the rules, without the switching part."""
+    """Return the surface of the rules alone, without switching part and linear gains."""
     gains, (unit,) = record.law_gains(), rule_units(record)
 
     def law(rate: Floats, error: Floats) -> Floats:
@@ -61,7 +61,7 @@ def _side(record: SlidingDesign, drive_units: dict[str, str], name: str) -> Side
 
 
 def pictures(record: SlidingDesign, drive: Drive) -> dict[str, dict[str, Drawn]]:
-    """Return pictures for ``hfc plot``, without later learning and the switching part."""
+    """Return pictures of the rules for ``hfc plot``, with the moves in the record but no others."""
     label, table = f"command [{drive.units['command']}]", np.array(record.table())
     return {
         **surfaces.pictures({"rules": lambda: surface(record, drive.units, "control surface")}),
@@ -71,7 +71,7 @@ def pictures(record: SlidingDesign, drive: Drive) -> dict[str, dict[str, Drawn]]
 
 
 def _terms(record: SlidingDesign, drive_units: dict[str, str]) -> Figure:
-    """Draw the terms of the error and of its rate, straight from centre to centre."""
+    """Draw the terms of the error and of its rate as straight lines between the centres."""
     places = np.array([-BEYOND * ZR, *range(-ZR, ZR + 1), BEYOND * ZR])
     named = dict(zip(LABELS, np.array(degrees(ARRAYS, places)), strict=True))
     panels = []
@@ -86,7 +86,7 @@ def _terms(record: SlidingDesign, drive_units: dict[str, str]) -> Figure:
 def phase_plane(
     record: SlidingDesign, drive_units: dict[str, str], name: str, error: Floats, rate: Floats
 ) -> Figure:
-    """Draw the path of the axis in the phase plane, the surface and its boundary layer."""
+    """Draw rate over error (steps,) of an axis, the sliding surface and its boundary layer."""
     figure = framed(4.0, top=0.35)
     axes, surface = figure.subplots(), record.sliding
     error, rate = (drawable(values) for values in (error, rate))
@@ -105,7 +105,7 @@ def phase_plane(
 
 
 def over_time(moves: Floats, every: float, unit: str, title: str) -> Figure:
-    """Draw the moves (steps, 7, 7) with a column for each moment and a row for each rule."""
+    """Draw moves (steps, 7, 7), one sample ``every`` [s]: columns are moments, rows are rules."""
     figure = framed(4.6, top=0.35, right=STRIP)
     axes, count = figure.subplots(), len(LABELS)
     steps = np.unique(np.linspace(0, len(moves) - 1, COLUMNS).astype(int))
@@ -140,12 +140,12 @@ class Learning(NamedTuple):
     """Signals and learned moves of an axis during the motion."""
 
     error: Floats  # (steps,)
-    rate: Floats  # (steps,)
-    moves: Floats  # (steps, 7, 7) of the consequents from where they were designed
+    rate: Floats  # (steps,) rate of the error
+    moves: Floats  # (steps, 7, 7) moves of the consequents from their designed values
 
 
 def sections(record: SlidingDesign, shown: ReportContext) -> list[Section]:
-    """Return the controller, and each axis' phase plane and learning."""
+    """Return a section on the controller, and one for each axis: phase plane and learning."""
     report = [_controller(record, shown)]
     drives = zip(shown.machine.drives, shown.parameters, strict=True)
     limits = [min(map(abs, drive.largest_commands(parameters))) for drive, parameters in drives]

@@ -27,7 +27,7 @@ LABELS = ("LN", "MN", "SN", "ZZ", "SP", "MP", "LP")
 
 
 class SurfaceRecord(Record):
-    """Sliding surface ``s = de/dt + lambda e`` and the part that pushes towards it."""
+    """Sliding surface ``s = de/dt + lambda e`` and the switching part of the command."""
 
     slope: Positive  # lambda of the sliding surface s = de/dt + lambda e [1/s]
     gain: NotNegative  # k = F + eta of LG09 eq. 11, F a constant [command]
@@ -35,7 +35,7 @@ class SurfaceRecord(Record):
 
 
 class ErrorDynamicsRecord(Record):
-    """Dynamics ``d2e/dt2 + gains[1] de/dt + gains[0] e = 0`` and Q of its Lyapunov equation."""
+    """Desired dynamics ``d2e/dt2 + gains[1] de/dt + gains[0] e = 0``, and Q (see last_column)."""
 
     #: k_2 [1/s2] and k_1 [1/s] of the desired error dynamics [1/s2, 1/s]
     gains: tuple[Positive, Positive]
@@ -51,8 +51,8 @@ class ErrorDynamicsRecord(Record):
         return self
 
     def last_column(self) -> tuple[float, float]:
-        """P_2 of LG09 eq. 14: the last column of P in ``A' P + P A = -Q``."""
-        from scipy.linalg import solve_continuous_lyapunov  # which takes a while to import
+        """Return P_2 of LG09 eq. 14, the last column of P in ``A' P + P A = -Q``."""
+        from scipy.linalg import solve_continuous_lyapunov  # here, because the import is slow
 
         near, far = self.gains
         companion: Floats = np.array([[0.0, 1.0], [-near, -far]])
@@ -66,7 +66,7 @@ class AdaptationRecord(Record):
     rate: NotNegative  # gamma, learning rate of the consequents, LG09 eq. 14 [command/error]
     #: largest move of a consequent from its start, in both directions [command]
     largest_move: NotNegative
-    #: left out: both poles at -lambda, and the Q for which ``E' P_2`` is s
+    #: desired error dynamics; left out: both poles at -lambda, with the Q for which ``E' P_2`` is s
     error_dynamics: ErrorDynamicsRecord | None = Field(None, exclude_if=not_)
     #: moves of the consequents learned so far [command]
     moves: Rules | None = Field(None, exclude_if=not_)
@@ -76,8 +76,8 @@ class PidRecord(Record):
     """Linear gains in addition to the rules."""
 
     k_p: Finite = 0.0  # gain on the error [command/error]
-    k_i: Finite = 0.0  # gain on its integral [command/(error s)]
-    k_d: Finite = 0.0  # gain on its rate [command s/error]
+    k_i: Finite = 0.0  # gain on the integral of the error [command/(error s)]
+    k_d: Finite = 0.0  # gain on the rate of the error [command s/error]
 
 
 class SlidingDesign(ControllerRecord):
@@ -91,8 +91,8 @@ class SlidingDesign(ControllerRecord):
     explain = later(f"{HERE}.export", "EXPLAIN")
     pictures = later(f"{HERE}.pictures", "pictures")
     sections = later(f"{HERE}.pictures", "sections")
-    largest_error: Positive  # centre of LP; that of LN is the same below zero [error]
-    largest_error_rate: Positive  # the same of its rate [error/s]
+    largest_error: Positive  # centre of the error's term LP; that of LN is its negative [error]
+    largest_error_rate: Positive  # centre of the term LP of the error rate [error/s]
     #: output of each rule [command]; rows: error, columns: its rate, both LN to LP
     consequents: Rules
     sliding: SurfaceRecord  # the switching part
@@ -114,12 +114,12 @@ class SlidingDesign(ControllerRecord):
         return sliding(self.sample_time_s, limit)
 
     def judge(self) -> tuple[float, float]:
-        """Return P_2: weights of the error [1/s] and of its rate [1] in judging the consequents."""
+        """Return P_2: weights of the error [1/s] and of its rate [1] in the learning step."""
         dynamics = self.adaptation.error_dynamics
         return (self.sliding.slope, 1.0) if dynamics is None else dynamics.last_column()
 
     def input_range(self, limit: float | None) -> dict[str, float]:
-        """Ranges of the inputs: the outermost centres."""
+        """Return the outermost centres of both inputs."""
         return {"error": self.largest_error, "error_rate": self.largest_error_rate}
 
     def law_gains(self) -> SlidingGains:
@@ -150,7 +150,7 @@ class SlidingDesign(ControllerRecord):
         return self.adaptation.rate > 0.0 and self.adaptation.largest_move > 0.0
 
     def adapted(self, memory: SlidingMemory) -> Self | None:
-        """Return the controller with the moves learned in ``memory``; None if it cannot learn."""
+        """Return the design with the moves learned in ``memory``; None if it cannot learn."""
         rows = tuple(tuple(map(float, row)) for row in memory.moves)
         return self.with_moves(rows) if self.learns else None
 
@@ -160,7 +160,7 @@ class SlidingDesign(ControllerRecord):
         return self.model_copy(update={"adaptation": learning})
 
     def without_adaptation(self) -> Self:
-        """Return the design without adaptation."""
+        """Return the design with learning rate 0; moves learned so far remain."""
         learning = self.adaptation.model_copy(update={"rate": 0.0})
         return self.model_copy(update={"adaptation": learning})
 
@@ -175,14 +175,14 @@ TABLE_2 = (
     (1, 1, 1, 2, 2, 3, 3),
     (3, 3, 3, 3, 3, 3, 3),
 )
-#: LG09 Table 1: proportional gain [1/s], speed over error.
+#: Proportional gain of LG09 Table 1: speed divided by error [1/s].
 GAIN = 33.33
-#: Defaults if no start is given: switching part as a share of the largest command, its boundary
-#: layer as a share of the largest error, time to learn the command of a steady error [s].
+#: Defaults if no start is given: switching part as a share of the largest command, boundary layer
+#: as a share of the largest rate, time in which the largest error teaches the largest command [s].
 SWITCHING, LAYER, LEARNING = 0.02, 0.05, 0.1
 
 
-#: Searched numbers, and the factor by which each may differ from the start.
+#: Searched numbers -> the factor by which each may be larger or smaller than in the start.
 SEARCHED = {
     "largest_error": 10.0,
     "largest_error_rate": 10.0,
@@ -222,7 +222,7 @@ class SlidingSettings(ControllerSettings):
         return True
 
     def fault(self, target: Target) -> str | None:
-        """Return why the search is impossible (other sample time, or unknown scales), or None."""
+        """Return why the search is impossible (sample time, or unknown scales), or None."""
         if self.start is None:
             command, speed = scales(target)
             if not (isfinite(command) and isfinite(speed) and command > 0.0 and speed > 0.0):
@@ -239,7 +239,7 @@ class SlidingSettings(ControllerSettings):
 
 
 def scales(target: Target) -> tuple[float, float]:
-    """Return the largest command and speed that all axes of a machine reach."""
+    """Return the largest command and the largest speed that every axis of a machine reaches."""
     limits = target.limits.values()
     axes = list(zip(target.machine.drives, target.parameters, limits, strict=True))
     commands = (
@@ -251,10 +251,10 @@ def scales(target: Target) -> tuple[float, float]:
 
 
 def started(target: Target) -> SlidingDesign:
-    """LG09 Table 2 on the scales of a machine, with LG09's proportional gain.
+    """Return a design with LG09 Table 2, scaled to a machine with the gain of LG09 Table 1.
 
-    LP of the output is the largest command, that of the rate the top speed, and that of the error
-    the top speed over the printed gain. LG09 prints neither the surface nor gamma.
+    LP of the output is the largest command, LP of the rate the top speed, and LP of the error the
+    top speed divided by ``GAIN``. LG09 prints neither the sliding surface nor gamma.
     """
     command, speed = scales(target)
     error = speed / GAIN
@@ -273,5 +273,5 @@ def started(target: Target) -> SlidingDesign:
 
 
 def table_2(height: float) -> Rules:
-    """LG09 Table 2 with LP = ``height``."""
+    """Return the consequents of LG09 Table 2 with LP = ``height``."""
     return tuple(tuple(height * third / 3.0 for third in row) for row in TABLE_2)

@@ -1,6 +1,6 @@
-"""Kinds whose parameters are a few gains: pd, pid, and every user-defined law.
+"""Kinds whose parameters are a few gains: pd, pid, and every law of a user.
 
-The folder is not a kind itself; ``kind_of`` makes one from a law. Never imports JAX.
+The folder is not a kind itself; ``kind_of`` makes a kind from a law. Never imports JAX.
 """
 
 from collections.abc import Callable
@@ -27,9 +27,9 @@ class Law(NamedTuple):
         memory = law.initial_memory(0.0)
         command, memory = law.step(sample_time, gains, memory, signals)
 
-    ``ranges`` is a NamedTuple of (low, high), ``gains`` one of the same class with numbers. A
-    range above zero is searched by its logarithm, any other range linearly. ``signals`` contains
-    ``error``, ``error_rate`` and the plant's readings.
+    ``ranges`` is a NamedTuple of (low, high); ``gains`` is of the same class, with numbers. A range
+    above zero is searched on a logarithmic scale, any other range on a linear one. ``signals`` has
+    ``error``, ``error_rate``, the signals of the reference and the plant's readings.
     """
 
     name: str  # the ``kind`` of a controller in a file
@@ -38,8 +38,8 @@ class Law(NamedTuple):
     step: Callable[[float, Gains, Memory, Signals], tuple[Scalar, Memory]]
 
 
-#: Plants of the package with errors in steps, millimetres or degrees: ranges of gains for one of
-#: them are a first guess for the others, and meaningless for a plant in other units.
+#: Plants of the package with errors in encoder steps, millimetres or degrees: ranges of gains for
+#: one of these plants are a first guess for the other ones, but not for plants in other units.
 FIVE_AXES = ("five-axis", "five-axis-b", "five-axis-coupled")
 FEEDS = ("feed-drive", "milling-table", "positioning-stage", *FIVE_AXES)
 genome_of_gains = later("hfc_design.controllers.gains.genome", "GainsGenome")
@@ -49,10 +49,10 @@ genome_of_gains = later("hfc_design.controllers.gains.genome", "GainsGenome")
 class GainsSettings(ControllerSettings):
     """Settings of a search for a controller with a few gains, each in a range."""
 
-    own_ranges: ClassVar[Ranges]  # of the kind
-    own_plants: ClassVar[tuple[str, ...]] = ()  # that they are for, by name; none: for any
+    own_ranges: ClassVar[Ranges]  # default ranges of the kind
+    own_plants: ClassVar[tuple[str, ...]] = ()  # plants that they are for, by name; (): any
     #: search ranges [low, high] of gains, where they differ from those of the kind [of the gain];
-    #: needed for all gains of your own plant, as those of the kind are for certain plants
+    #: for a plant of your own, all gains need a range, because those of the kind do not suit it
     ranges: dict[Label, Annotated[tuple[Finite, Finite], ordered]] = {}
 
     @model_validator(mode="after")
@@ -64,16 +64,16 @@ class GainsSettings(ControllerSettings):
         return self
 
     def fault(self, target: Target) -> str | None:
-        """Return a message on missing ranges, whose defaults are for other plants, or None."""
+        """Return a line on ranges that are missing, because the defaults do not suit; or None."""
         units = target.machine.drives[0].units
         counted = f"(errors in {units['error']}, commands in {units['command']})"
         message = self.lacking(target.machine.name, counted)
         return message and f"controller.ranges: {message}"
 
     def lacking(self, plant: str, counted: str) -> str | None:
-        """Return a message on ranges that a search on ``plant`` lacks, or None.
+        """Return a text on gains without a range for ``plant``, or None.
 
-        ``counted`` is text on the units of the plant.
+        ``counted`` is a part of the text: the units of the plant.
         """
         missing = [name for name in self.own_ranges._fields if name not in self.ranges]
         if not missing or not self.own_plants or plant in self.own_plants:
@@ -86,18 +86,18 @@ class GainsSettings(ControllerSettings):
 
     @property
     def staged(self) -> bool:
-        """True: one stage with all gains."""
+        """True: a strategy that moves a distribution can search all gains in one stage."""
         return True
 
     def searched(self) -> Ranges:
-        """Return the search ranges, a NamedTuple of the kind."""
+        """Return the search ranges: those of the kind, changed by the user's ``ranges``."""
         return self.own_ranges._replace(**self.ranges)
 
 
 def settings_of(ranges: Ranges, plants: tuple[str, ...] = ()) -> type[GainsSettings]:
-    """Return the settings of a kind whose gains have the ranges ``ranges``, a NamedTuple.
+    """Return the class of the settings of a kind whose gains have ``ranges``, a NamedTuple.
 
-    ``plants`` are the names of the plants that the ranges are for; if empty, for any plant.
+    ``plants`` are the names of the plants that the ranges are for; () means any plant.
     """
 
     class Settings(GainsSettings):
@@ -120,11 +120,11 @@ def kind_of_gains(
     plants: tuple[str, ...] = (),
     **further: Any,
 ) -> type[ControllerRecord]:
-    """Return a kind whose gains have ``ranges``, in a design file under ``key``, "": the name.
+    """Return a kind whose gains have ``ranges``; in a design file they are under ``key`` or name.
 
-    ``sample``, ``start``, ``structure`` of a record, ``tells`` and ``prime`` are those of
-    ``AxisLaw``; ``base`` has the fields of a design besides its gains; ``plants`` are those that
-    the ranges are for; ``further`` are other attributes of a ``ControllerRecord``.
+    ``sample``, ``start``, ``tells`` and ``prime`` are those of ``AxisLaw``, ``structure`` computes
+    its ``structure`` from a record. ``base`` has the fields of a design besides the gains.
+    ``plants`` as in ``settings_of``; ``further`` are other attributes of a ``ControllerRecord``.
     """
     if unknown := [x for x in further if not hasattr(ControllerRecord, x)]:
         raise TypeError(f"a controller has no {', '.join(unknown)}")
@@ -150,7 +150,7 @@ def kind_of_gains(
 
 
 def kind_of(law: Law) -> type[ControllerRecord]:
-    """Return the kind of a user-defined ``law``; UserError if it cannot be searched."""
+    """Return a kind with the ``law`` of a user; UserError if its ranges are wrong."""
     source = f"controller {law.name!r}"
     if not getattr(law.ranges, "_fields", ()):
         raise UserError(f"{source}: ranges must be a NamedTuple with a (low, high) for each gain")
@@ -159,7 +159,7 @@ def kind_of(law: Law) -> type[ControllerRecord]:
     code, reads = law._replace(ranges=()), _asked_for(law)
     options: Any = {
         "key": "gains",
-        # An own law may do with the sample time what it likes.
+        # A user's law may need the value of the sample time, so it is a constant of the code.
         "structure": lambda record: (code, Constant(record.sample_time_s)),
         "summary": "your law",
         "reads": lambda record: reads,
@@ -168,7 +168,7 @@ def kind_of(law: Law) -> type[ControllerRecord]:
 
 
 class _Asked(dict[str, float]):
-    """Signals that are created when they are read."""
+    """Signals that are created with the value 1 when a law reads them."""
 
     def __missing__(self, name: str) -> float:
         return self.setdefault(name, 1.0)
@@ -178,9 +178,9 @@ class _Asked(dict[str, float]):
 
 
 def _asked_for(law: Law) -> list[str]:
-    """Names of the signals that a ``law`` reads; one step shows all, as it may not branch."""
+    """Return the names of the signals that a ``law`` reads in a step; it always reads the same."""
     signals, middle = _Asked(), (0.5 * (low + high) for low, high in law.ranges)
-    with suppress(Exception):  # the simulator says what is wrong, and where
+    with suppress(Exception):  # the simulator will report the error and its place
         law.step(0.01, type(law.ranges)(*middle), law.initial_memory(0.0), signals)
     return list(signals) or ["error", "error_rate"]
 

@@ -9,33 +9,33 @@ from hfc_design.controllers.genome import Genome, Stage, some, taken
 from hfc_design.controllers.kind import Target, kinds
 from hfc_design.core.numbers import Floats, Gains, Integers, Json
 
-#: Initial standard deviation of a distribution, in shares of the ranges.
+#: Initial standard deviation of a distribution, as a share of each range.
 STEP = 0.08
 
 
 class GainVectors(NamedTuple):
-    """n individuals; every array carries them in its leading axis."""
+    """n individuals; the first dimension of every array counts the individuals."""
 
-    tree: Integers  # (n,) 0: there is one structure
-    places: Floats  # (n, gains) of each gain in its range, 0 to 1
+    tree: Integers  # (n,) all 0, because there is only one structure
+    places: Floats  # (n, gains) place of each gain in its range, from 0 (low) to 1 (high)
 
 
 class Searched(NamedTuple):
-    """Searched number: its range, the division of the range, and its start."""
+    """Searched number: its range, its initial value, and the scale of the range."""
 
     low: float
     high: float
     start: float
-    bend: float | None = None  # both signs, finer about 0; None: by logarithms, where above 0
+    bend: float | None = None  # curvature of a sinh scale; None: log scale if low > 0, else linear
 
     def value(self, place: Floats) -> Floats:
-        """Return the value at a place of the range, 0 to 1."""
+        """Return the value at a place in the range, from 0 to 1."""
         if self.bend is not None:
             return self.high * np.sinh(self.bend * (2.0 * place - 1.0)) / np.sinh(self.bend)
         return _between((self.low, self.high), place)
 
     def place(self, value: Any) -> Floats:
-        """Return the place of a value, 0 to 1; inverse of the method ``value``."""
+        """Return the place of a value in the range, from 0 to 1: the inverse of ``value``."""
         if self.bend is not None:
             share = np.arcsinh(value / self.high * np.sinh(self.bend)) / self.bend
             return np.clip(0.5 * (share + 1.0), 0.0, 1.0)
@@ -59,29 +59,29 @@ class GainsGenome(Genome):
         return GainVectors(np.zeros(1, int), np.full((1, len(self.ranges)), 0.5))
 
     def fresh(self, tree: Integers, rng: np.random.Generator) -> GainVectors:
-        """Return individuals anywhere in the ranges."""
+        """Return individuals with random gains, uniform on the scales of the ranges."""
         return GainVectors(tree, rng.random((len(tree), len(self.ranges))))
 
     def mutated(
         self, population: GainVectors, step: Floats, rng: np.random.Generator
     ) -> GainVectors:
-        """Move some of the gains."""
+        """Return the individuals with about 70 % of the gains moved at random, by ``step`` (n,)."""
         places = population.places
         return _allowed(population, places + 0.5 * step[:, None] * some(rng, places.shape, 0.7))
 
     def blended(self, one: GainVectors, other: GainVectors, share: Floats) -> GainVectors:
-        """Interpolate linearly between the places."""
+        """Return ``one`` with its places moved by ``share`` (n,) of the way to ``other``."""
         return _allowed(one, one.places + share[:, None] * (other.places - one.places))
 
     def nudged(self, population: GainVectors, rng: np.random.Generator) -> GainVectors:
-        """Change gains by about a millionth of their ranges."""
+        """Return the individuals with gains changed by about a millionth of their ranges."""
         off = 1e-6 * rng.standard_normal(population.places.shape)
         return _allowed(population, population.places + off)
 
     stages = ((1.0, False),)
 
     def stage(self, number: int, about: GainVectors | None) -> Stage:
-        """Return a stage of the places in the ranges, about an individual or the genome's first."""
+        """Return a stage of all places; it starts at ``about``, or at ``empty`` if that is None."""
         first = taken(self.empty(), slice(1)) if about is None else about
 
         def members(points: Floats, tree: Integers) -> GainVectors:
@@ -95,7 +95,7 @@ class GainsGenome(Genome):
         return type(self.ranges)(*(_between(pair, place) for pair, place in pairs))
 
     def record(self, individual: GainVectors) -> Json:
-        """Return the record of the kind and its gains, without the sample time."""
+        """Return the record of a population of one, without the sample time."""
         gains = self.gains(individual)._asdict()
         kind = self.settings.kind
         gains_record = kinds().get(kind).of_gains({name: float(x[0]) for name, x in gains.items()})
@@ -107,7 +107,7 @@ def _allowed(population: GainVectors, places: Floats) -> GainVectors:
 
 
 def _between(pair: Range, place: Floats) -> Floats:
-    """Return the gain at a place of its range, by its logarithm if the range is above zero."""
+    """Return the gain at a place in its range, on a logarithmic scale if the range is above 0."""
     low, high = pair
     if low > 0.0:
         return np.asarray(low * (high / low) ** place)

@@ -1,4 +1,4 @@
-"""Hierarchy for machines without ``exp``: degrees as a lookup table, and its deviation."""
+"""Lookup table of degrees, for processors without ``exp``, and how much it changes the output."""
 
 from functools import partial
 from typing import NamedTuple
@@ -22,15 +22,15 @@ class Lookup(NamedTuple):
     points: int
     low: float
     high: float
-    per_unit: float  # points in a unit of the normalised universe
+    per_unit: float  # number of points in an interval of length 1
     table: list[list[float]]  # (points, 7)
-    deviation: float  # largest one found from the exact command, or from what ``of`` says
-    largest: float  # that the units give, of the same
+    deviation: float  # largest error found of the quantity ``of``
+    largest: float  # largest magnitude found of the quantity ``of``
     of: str = "command"
 
 
 def tabulated(design: HierarchicalDesign, points: int) -> Json:
-    """Return the law without ``exp`` and the deviation of its lookup table."""
+    """Return by key the law with a lookup table of ``points`` values, and how far it deviates."""
     lookup_table = lookup(design, points)
     grid = Grid(lookup_table.low, lookup_table.per_unit, tuple(map(tuple, lookup_table.table)))
     layout = layout_of(design)._replace(grid=grid)
@@ -43,7 +43,7 @@ def tabulated(design: HierarchicalDesign, points: int) -> Json:
 
 
 def lookup(design: HierarchicalDesign, points: int) -> Lookup:
-    """Return the lookup table over all values of an input or an earlier unit of ``design``."""
+    """Return the lookup table over all values that a unit of ``design`` can read."""
     read = [0.0, *np.ravel([unit.consequents for unit in design.units[:-1]])]
     low, high = float(min(-1.0, *read)), float(max(1.0, *read))
     terms = layout_of(design).terms
@@ -60,7 +60,7 @@ def lookup(design: HierarchicalDesign, points: int) -> Lookup:
         return list((table[k] + (place - k)[:, None] * (table[k + 1] - table[k])).T)
 
     deviation, largest = _largest_deviation(design, exact, between)
-    # What a law is multiplied by has no bound in units of the command.
+    # If the hierarchy multiplies a law, its output is a factor and no command.
     of = "factor of the scheduled law" if design.scheduled else "command"
     return Lookup(points, low, high, per_unit, table.tolist(), deviation, largest, of)
 
@@ -68,12 +68,11 @@ def lookup(design: HierarchicalDesign, points: int) -> Lookup:
 def _largest_deviation(
     design: HierarchicalDesign, exact: Graded, other: Graded
 ) -> tuple[float, float]:
-    """Search the inputs for the largest difference of two commands, or factors.
+    """Return the largest difference found between scaled outputs with two kinds of degrees.
 
-    Returns also the largest magnitude of the output at random points.
-
-    Random points miss the peaks, so the best of them are refined with steps that shrink in every
-    round.
+    The second number is the largest magnitude of the output with ``exact`` degrees, at random
+    inputs. Random inputs miss the peaks of the difference, so those with the largest difference
+    are refined by random steps that shrink in every round.
     """
     gains, source_options = design.law_gains(), layout_of(design).input_range
 

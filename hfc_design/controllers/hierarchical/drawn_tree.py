@@ -1,4 +1,4 @@
-"""Drawing of a hierarchy as a tree, and the names used in its pictures."""
+"""Drawing of a hierarchy as a tree, and the names used in pictures of hierarchies."""
 
 import textwrap
 
@@ -14,9 +14,9 @@ from plants import Drive
 
 
 def drawn_tree(controller: HierarchicalDesign, drive: Drive) -> Figure:
-    """Draw the hierarchy for a ``drive``, with its root on top.
+    """Draw the tree of a hierarchy, the root on top, with the units of measurement of ``drive``.
 
-    Each unit is above its inputs: the column input on the left, the row input on the right.
+    Each fuzzy unit is above its inputs: column input on the left, row input on the right.
     """
     units = {f"unit-{unit.id}": unit for unit in controller.units}
     scales = {item.name: item.scale for item in controller.inputs}
@@ -26,7 +26,7 @@ def drawn_tree(controller: HierarchicalDesign, drive: Drive) -> Figure:
     deepest = 0
 
     def place(name: str, depth: int) -> tuple[float, float]:
-        """Draw ``name`` and everything below it, and return its position."""
+        """Draw the input or unit ``name`` and all below it; return where (x, y) it is."""
         nonlocal deepest
         deepest = max(deepest, depth)
         if name not in units:
@@ -76,7 +76,7 @@ def _branch(
 
 
 def part_called(controller: HierarchicalDesign) -> str:
-    """Return the name of the part that the hierarchy is added to."""
+    """Return the name of the linear part to which the hierarchy is added."""
     return "PD" if controller.linear is None else "linear"
 
 
@@ -88,5 +88,5 @@ def readable(source: str) -> str:
 
 
 def input_unit(units: dict[str, str], name: str) -> str:
-    """Return the unit of an input of the hierarchy before scaling."""
+    """Return the unit of measurement of input ``name`` before it is scaled; "1" if unknown."""
     return units_of(units).get(name.removeprefix(PREVIOUS), "1")

@@ -14,11 +14,11 @@ from hfc_design.core.numbers import Floats, Integers, Json
 
 
 class Hierarchies(NamedTuple):
-    """n individuals; every array carries them in its leading axis."""
+    """Population of n individuals; the first axis of every array counts the individuals."""
 
     tree: Integers  # (n,) index into ``HierarchicalGenome.trees``
     gains: Floats  # (n, 2): kp [V/rad], kd [V s/rad]
-    scales: Floats  # (n, inputs): k_1, k_2, ..., per unit of the input
+    scales: Floats  # (n, inputs) factors k_1, k_2, ... on the inputs [1/input]
     consequents: Floats  # (n, units, 7, 7), [unit][row term][column term]
 
 
@@ -29,7 +29,7 @@ class HierarchicalGenome(Genome):
         super().__init__(settings, target)
         self.bounds = bounds_of(target.bounds)
         self.names = [item.name for item in settings.inputs]
-        #: Scales of the inputs that first individuals are drawn around.
+        #: Scales in the settings; those of random first individuals are drawn around them.
         self.scales = [item.scale for item in settings.inputs]
         self.trees = hierarchy.trees(len(self.names), settings.used)
         self.sources = hierarchy.all_sources(len(self.names), settings.used)
@@ -40,7 +40,7 @@ class HierarchicalGenome(Genome):
         self.limit[-1] = self.bounds.root_limit
 
     def empty(self) -> Hierarchies:
-        """Return one individual for each tree, in the order of ``trees``."""
+        """Return one individual for each tree, in their order; its gains and tables are 0."""
         inputs, trees = len(self.names), self.structures
         return Hierarchies(
             np.arange(trees),
@@ -67,11 +67,11 @@ class HierarchicalGenome(Genome):
         )
 
     def laws(self) -> SeedLaws | None:
-        """Return initial laws of few numbers for the nominal drive; None if it has none."""
+        """Return the simple laws to start from; None if none is found for the nominal drive."""
         return laws_for(self)
 
     def informed(self, tree: Integers, rng: np.random.Generator) -> Hierarchies | None:
-        """Return optimal regulators of the nominal drive as tables; None if it has none."""
+        """Return individuals that approximate random simple laws; None if ``laws`` returns None."""
         laws = self.laws()
         if laws is None:
             return None
@@ -82,7 +82,7 @@ class HierarchicalGenome(Genome):
     def mutated(
         self, population: Hierarchies, step: Floats, rng: np.random.Generator
     ) -> Hierarchies:
-        """Move single consequents, tilt and shift whole tables, scale gains and inputs."""
+        """Move single consequents, tilt and shift whole tables, change gains and scales."""
         count, units = population.consequents.shape[:2]
         limit, centres = self.limit, self.centres
         cells = population.consequents.shape[1:]
@@ -99,7 +99,7 @@ class HierarchicalGenome(Genome):
         return Hierarchies(population.tree, gains, scales, np.clip(tables, -limit, limit))
 
     def blended(self, one: Hierarchies, other: Hierarchies, share: Floats) -> Hierarchies:
-        """Interpolate gains and scales by their logarithm, consequents linearly."""
+        """Interpolate the logarithms of gains and scales, and the consequents themselves."""
         line = share[:, None]
         table = share[:, None, None, None]
         return Hierarchies(
@@ -126,7 +126,7 @@ class HierarchicalGenome(Genome):
         )
 
     def space(self) -> Space:
-        """Return the space of individuals as points, with parameters in the order of ``gains``."""
+        """Return the space in which individuals are the points that ``vectors`` returns."""
         _, *arrays = taken(self.empty(), slice(1))
 
         def point(*values: Floats | float) -> Floats:
@@ -161,18 +161,18 @@ class HierarchicalGenome(Genome):
         }
 
     def notation(self, structure: int) -> str:
-        """Return a tree as nested pairs (column input, row input)."""
+        """Return the text of a tree: nested pairs (column input, row input)."""
         return hierarchy.notation(self.names, (unit[1:] for unit in self.trees[structure]))
 
 
 def vectors(population: Hierarchies) -> Floats:
-    """Return the parameters (n, parameters): gains, scales, consequents, as in ``simulate``."""
+    """Return individuals as points (n, parameters): gains, scales and consequents of each."""
     count = len(population.tree)
     return np.concatenate([array.reshape(count, -1) for array in population[1:]], axis=1)
 
 
 def from_vectors(parameters: Floats, like: Hierarchies) -> Hierarchies:
-    """Return the individuals of ``parameters`` (n, parameters), all with the tree of ``like``."""
+    """Return individuals from points (n, parameters), all with the tree of ``like``."""
     count = len(parameters)
     ends = np.cumsum([array[0].size for array in like[1:]])
     parts = zip(np.split(parameters, ends[:-1], axis=1), like[1:], strict=True)

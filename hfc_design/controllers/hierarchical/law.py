@@ -1,8 +1,8 @@
 """PD plus a hierarchy of two-input fuzzy units (Lin & Lee 1999, section 3.2).
 
-One unit has linguistic terms, a singleton rule table and centre-average defuzzification. Written
-for scalars and unrolled: inside the closed loop an array of seven memberships would cost a factor
-of five. ``xp`` as in ``core.numbers``. Never imports JAX.
+Each unit has linguistic terms, a rule table of singletons (the consequents) and centre-average
+defuzzification. The functions compute with scalars, term by term: arrays of seven degrees would
+make the closed loop five times slower. ``xp`` is explained in ``core.numbers``. Never imports JAX.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -30,9 +30,9 @@ from hfc_design.core.numbers import (
 
 #: Function that returns the degrees of a scalar in the terms.
 Graded: TypeAlias = Callable[[Scalar], list[Scalar]]
-#: Function (initial table of the root, degrees of column, of row) -> (adapted table, memory).
+#: Function (designed table of the root, degrees of column, degrees of row) -> (table, memory).
 Learnt: TypeAlias = Callable[[RuleTable, Degrees, Degrees], tuple[RuleTable, root_unit.RootMemory]]
-#: Prefix of an input that is the reading of the previous sample, or of the first one at the start.
+#: Prefix of the name of an input that is a signal's reading of the previous sample.
 PREVIOUS = "previous_"
 #: Inputs of Lin & Lee 1999, section 4, with their scales k_1 to k_5.
 LIN_LEE_INPUTS = {
@@ -45,10 +45,10 @@ LIN_LEE_INPUTS = {
 
 
 class Term(NamedTuple):
-    """Linguistic term on the normalised universe: a Gaussian with a flat top.
+    """Linguistic term of a scaled input: a Gaussian with a flat top.
 
-    Lin & Lee 1999, eq. 3. It is MATLAB's ``gauss2mf`` and fuzzylite's ``GaussianProduct`` with
-    shoulders at ``centre -/+ half_width`` and sigma = 1/sqrt(2 rate).
+    Lin & Lee 1999, eq. 3. In MATLAB it is ``gauss2mf``, in fuzzylite ``GaussianProduct``, with the
+    top from ``centre - half_width`` to ``centre + half_width`` and sigma = 1/sqrt(2 rate).
     """
 
     label: str
@@ -58,7 +58,7 @@ class Term(NamedTuple):
 
 
 def term(label: str, centre: float, half_width: float, rate: float) -> Term:
-    """Return a term with constant numbers: its exponentials are most of the time of a step."""
+    """Return a term whose numbers are compiled in, as exponentials take most of a sample's time."""
     return Term(label, Constant(centre), Constant(half_width), Constant(rate))
 
 
@@ -77,15 +77,15 @@ LIN_LEE_TERMS: tuple[Term, ...] = (
 class Grid(NamedTuple):
     """Degrees at evenly spaced values, for code without ``exp``."""
 
-    low: float
-    per_unit: float  # of them in a unit
+    low: float  # the lowest value
+    per_unit: float  # number of values in an interval of length 1
     table: tuple[tuple[float, ...], ...]  # (points, 7)
 
 
 def tabulated(xp: Xp, grid: Grid, u: Scalar) -> Sequence[Scalar]:
-    """Return the degrees of a number by a grid: linear between points, constant beyond."""
+    """Return the degrees (7,) of ``u`` from a grid: linear between points, constant beyond."""
     last = len(grid.table) - 1
-    if isinstance(u, np.ndarray):  # each in the precision of u, as the others one by one
+    if isinstance(u, np.ndarray):  # in the precision of u, as for single values
         places = np.clip((u - grid.low) * grid.per_unit, 0.0, last)
         below = np.clip(np.nan_to_num(places), 0, last - 1).astype(int)
         rises, rows = np.diff(grid.table, axis=0).astype(u.dtype), np.array(grid.table, u.dtype)
@@ -98,7 +98,7 @@ def tabulated(xp: Xp, grid: Grid, u: Scalar) -> Sequence[Scalar]:
 
 
 class Layout(NamedTuple):
-    """Fixed properties of a hierarchy in a search: inputs, terms, scale of the output.
+    """Properties of a hierarchy that no search varies: inputs, terms, scale of the output.
 
     The defaults are those of Lin & Lee 1999, section 4.
     """
@@ -106,23 +106,23 @@ class Layout(NamedTuple):
     inputs: tuple[str, ...] = tuple(LIN_LEE_INPUTS)
     output_scale: float = 10.0  # k_6 [V]
     terms: tuple[Term, ...] = LIN_LEE_TERMS
-    used: int | None = None  # so many of the inputs are read; None: all
+    used: int | None = None  # number of inputs that are read; None: all
     adaptation: root_unit.Adaptation | None = None  # of the root's consequents; None: fixed
     linear: Structure | None = None  # the linear part; None: a PD alone
-    #: Law that the root scales; None: only ``output_scale``.
+    #: Law that the scaled output of the root multiplies; None: the root gives a command.
     scheduled: Structure | None = None
-    canonical: bool = True  # whether units read what they do in ``tree.trees``, or anything
-    grid: Grid | None = None  # the terms tabulated, for numbers of the runtime; None: exact
+    canonical: bool = True  # whether each unit reads sources that it has in ``tree.trees``
+    grid: Grid | None = None  # lookup table of degrees, in the runtime only; None: exact terms
 
     def graded(self, xp: Xp) -> Graded:
-        """Return the function that gives degrees in the terms."""
+        """Return the function from a number to its degrees in the terms."""
         if self.grid:
             return partial(xp.call, tabulated, xp, self.grid)
         return partial(xp.call, memberships, xp, self.terms)
 
     @property
     def input_range(self) -> Reach:
-        """Possible sources (column, row) of each unit."""
+        """Possible sources of the column input and of the row input of each unit."""
         count = len(self.inputs)
         if self.canonical:
             return reachable(count, self.used)
@@ -130,38 +130,38 @@ class Layout(NamedTuple):
 
     @property
     def remembered(self) -> tuple[str, ...]:
-        """Names of the readings that are needed a sample later."""
+        """Names of the signals whose readings are needed a sample later."""
         previous = (name for name in self.inputs if name.startswith(PREVIOUS))
         return tuple(name.removeprefix(PREVIOUS) for name in previous)
 
 
 class HierarchicalGains(NamedTuple):
-    """Searched numbers: one individual, or a population in the trailing axis."""
+    """Numbers that a search varies: of one individual, or of a population along the last axis."""
 
     kp: Scalar  # [V/rad]
     kd: Scalar  # [V s/rad]
-    scales: Sequence[Scalar] | Floats  # (inputs,) k_1, k_2, ..., per unit of the input
+    scales: Sequence[Scalar] | Floats  # (inputs,) factors k_1, k_2, ... [1/input]
     sources: Sources  # (units,) column and row source, see ``tree.Tree``
     consequents: Sequence[RuleTable] | Floats  # (units, 7, 7) singletons [unit][row][column]
-    linear: LinearGains | None = None  # instead of the PD alone, with its kp and kd
-    scheduled: LinearGains | None = None  # what the root scales
+    linear: LinearGains | None = None  # linear part, kp and kd included; None: a PD alone
+    scheduled: LinearGains | None = None  # law that the root's output multiplies
 
 
 class HierarchicalMemory(NamedTuple):
-    """Memory of the controller; all zero before the first sample."""
+    """Memory of the controller; before the first sample all zero, except for moves of the root."""
 
     root: root_unit.RootMemory | None  # None: the root does not adapt
-    readings: Mapping[str, Scalar]  # of the previous sample
+    readings: Mapping[str, Scalar]  # signals of the previous sample, by name
     linear: LinearMemory | None = None  # None: a PD remembers nothing
 
 
 class Firing(NamedTuple):
     """Inputs, degrees, table and output of one unit at a sample."""
 
-    column: Scalar  # its inputs, an input of the hierarchy clamped to [-1, 1]
-    row: Scalar
-    in_column: Degrees  # (7,) degrees
-    in_row: Degrees  # (7,)
+    column: Scalar  # column input; an input of the hierarchy is clamped to [-1, 1]
+    row: Scalar  # row input, likewise
+    in_column: Degrees  # (7,) degrees of the column input
+    in_row: Degrees  # (7,) degrees of the row input
     table: RuleTable  # (7, 7) consequents [row][column] as they are at this sample
     output: Scalar
 
@@ -169,14 +169,14 @@ class Firing(NamedTuple):
 class HierarchyParts(NamedTuple):
     """Parts of a command."""
 
-    readings: list[Scalar]  # of each input
-    scaled: list[Scalar]
+    readings: list[Scalar]  # (inputs,) unscaled inputs
+    scaled: list[Scalar]  # (inputs,) scaled inputs, not clamped
     units: list[Firing]
     proportional: Scalar
     derivative: Scalar
-    fuzzy: Scalar  # the root's output, scaled, times the law that it scales
-    linear: Parts | None = None  # what the linear part is made of, the first two among it
-    scheduled: Parts | None = None  # what the root scales
+    fuzzy: Scalar  # the root's scaled output, times the scheduled law if there is one
+    linear: Parts | None = None  # of the linear part, proportional and derivative among them
+    scheduled: Parts | None = None  # of the scheduled law, before the root multiplies it
 
 
 def membership(xp: Xp, term: Term, u: Scalar) -> Scalar:
@@ -194,11 +194,11 @@ def memberships(xp: Xp, terms: Sequence[Term], u: Scalar) -> list[Scalar]:
 
 
 def averaged(xp: Xp, consequents: RuleTable, in_column: Degrees, in_row: Degrees) -> Scalar:
-    """Output of one unit from the degrees of its two inputs (LL eq. 4).
+    """Return the output of one unit from the degrees (7,) of its two inputs (LL eq. 4).
 
     ``consequents[i][j]`` is the singleton of the rule "row is term i and column is term j".
-    Singleton fuzzifier, product, centre average. If no rule fires (an input so far outside
-    the universe that every membership underflows) the output is 0.
+    The output is the average of the singletons, weighted by the products of the degrees. It is 0
+    if no rule fires: if an input is so far outside [-1, 1] that every degree rounds to 0.
     """
     weighted = xp.total(
         xp.along(
@@ -208,8 +208,8 @@ def averaged(xp: Xp, consequents: RuleTable, in_column: Degrees, in_row: Degrees
         )
     )
     firing = xp.total(in_column) * xp.total(in_row)
-    # The division comes last: the compiler computes a result of a division once, but repeats a
-    # selection in every expression that uses it.
+    # The division comes last: the compiler computes a quotient once, but computes the result of a
+    # ``where`` again in every expression that uses it.
     return xp.ratio(weighted, xp.where(firing > 0.0, firing, 1.0))
 
 
@@ -232,14 +232,14 @@ def initial_memory(law: AxisLaw, zero: Scalar) -> HierarchicalMemory:
 def primed(
     xp: Xp, law: AxisLaw, gains: HierarchicalGains, memory: HierarchicalMemory, signals: Signals
 ) -> HierarchicalMemory:
-    """Return the memory with this sample's readings as the previous ones."""
+    """Return the memory with the readings of this sample as those of the previous sample."""
     return memory._replace(readings={name: signals[name] for name in memory.readings})
 
 
 def sample(
     xp: Xp, law: AxisLaw, gains: HierarchicalGains, memory: HierarchicalMemory, signals: Signals
 ) -> tuple[Scalar, HierarchicalMemory, HierarchyParts]:
-    """Command of one sample (LL eq. 6), the memory after it, and the parts.
+    """Return the command of one sample (LL eq. 6), the memory after it, and the command's parts.
 
     The scaled external inputs are clamped to [-1, 1]; the outputs of inner units are not,
     because published consequents lie outside that range.
@@ -264,7 +264,7 @@ def sample(
     straight, rate, linear_parts = linear.commanded(xp, part, gains.linear, before, signals)
     steps, bent, scheduled = [linear.driven(part, gains.linear, error)], fuzzy, None
     if layout.scheduled is not None:
-        # k_6 of LL eq. 6 is a linear law itself: the hierarchy goes from one law to another.
+        # The root multiplies a linear law instead of the number k_6 of LL eq. 6.
         own_gains: Any = gains.scheduled
         law_of_root = law._replace(structure=layout.scheduled)
         nothing = before._replace(integral=0.0 * straight, resonators=())
@@ -300,7 +300,7 @@ def outputs(
     inputs: Sequence[Scalar],
     learnt: Learnt | None = None,
 ) -> tuple[list[Firing], root_unit.RootMemory | None]:
-    """Return the firing of every unit for the clamped ``inputs``, root last, and its memory."""
+    """Return the firing of every unit for clamped ``inputs``, root last, and the root's memory."""
     values, units, remembered = list(inputs), [], None
     last = len(gains.consequents) - 1
     for k, (sources, start) in enumerate(zip(gains.sources, gains.consequents, strict=True)):

@@ -1,8 +1,8 @@
-"""Genome of a fuzzy hierarchy on a linear part, searched in three stages.
+"""Genome of a fuzzy hierarchy that is added to a linear part; a search has three stages.
 
-In the first stage the weights of an optimal regulator are searched (``linear.lq_genome``), so that
-every individual is a sound linear controller; in the second its gains are free; in the third the
-tables of the hierarchy, which add nothing before, make the command nonlinear.
+The first stage varies the weights of an optimal regulator (``linear.lq_genome``), so that every
+individual is a sound linear controller. The second varies the gains of this regulator. Until then
+the output of the hierarchy is 0. The third varies the tables as well.
 """
 
 from typing import NamedTuple
@@ -22,23 +22,23 @@ from hfc_design.controllers.linear.lq_genome import LqGenome
 from hfc_design.core.numbers import Floats, Integers, Json
 from hfc_design.core.records import UserError
 
-#: Initial standard deviations of free gains (of their logarithms), and of everything.
+#: Initial standard deviations in the second stage (of logarithms of gains) and in the third.
 FREE, EVERYTHING = 0.15, 0.02
 #: Logarithm of the largest factor by which a gain may grow or shrink in a stage.
 FAR = 4.0
 FORWARD = ("velocity", "acceleration", "coulomb", "width", "load")
-#: Smallest width after blending, in shares of the narrower one: it must stay above 0.
+#: Smallest Coulomb width after blending, in shares of the smaller of two: it must stay above 0.
 NARROWEST = 0.01
 
 
 class LinearHierarchies(NamedTuple):
-    """n individuals; every array carries them in its leading axis."""
+    """Population of n individuals; the first axis of every array counts the individuals."""
 
     tree: Integers  # (n,) index into ``HierarchicalGenome.trees``
-    #: ki, gains on signals, two of each resonator and feed-forward gains,
-    #: (n, 1 + signals + resonators + forward).
+    #: (n, 1 + signals + 2 x resonators + forward): ki, gains on signals, two gains of each
+    #: resonator, feed-forward gains.
     linear: Floats
-    fuzzy: Hierarchies  # kp and kd among them
+    fuzzy: Hierarchies  # hierarchies, with kp and kd
 
 
 class LinearHierarchyGenome(Genome):
@@ -54,7 +54,7 @@ class LinearHierarchyGenome(Genome):
             self.regulator = LqGenome(settings.linear, target)
         except UserError as error:
             raise UserError(error.message.replace("controller.", "controller.linear.", 1)) from None
-        #: Feed-forward gains; that of a load only if a load is expected.
+        #: Load that is fed forward; if it is 0, ``forward`` has no gain ``load``.
         self.expected_load = settings.linear.expected_load
         self.forward = FORWARD if self.expected_load else FORWARD[:-1]
         self.frequencies = settings.linear.load_frequencies_rad_s
@@ -64,12 +64,12 @@ class LinearHierarchyGenome(Genome):
         self.idle = _idle(settings, self.fuzzy.units)
 
     def empty(self) -> LinearHierarchies:
-        """Return one individual for each tree, in order, with the first regulator."""
+        """Return one individual for each tree, in their order, with the regulator to start from."""
         trees = np.arange(self.structures)
         return self.regulated(np.repeat(self.regulator.empty().places, len(trees), axis=0), trees)
 
     def fresh(self, tree: Integers, rng: np.random.Generator) -> LinearHierarchies:
-        """Return regulators of random weights with hierarchies that change them a little."""
+        """Return regulators of random weights, with hierarchies that change commands a little."""
         first = self.regulator.fresh(np.zeros(len(tree), int), rng)
         hierarchies = self.regulated(first.places, tree)
         bent = self.fuzzy.mutated(hierarchies.fuzzy, np.full(len(tree), EVERYTHING), rng)
@@ -78,7 +78,7 @@ class LinearHierarchyGenome(Genome):
     def mutated(
         self, population: LinearHierarchies, step: Floats, rng: np.random.Generator
     ) -> LinearHierarchies:
-        """Scale some gains, and mutate the hierarchy by its own genome."""
+        """Multiply some gains by factors; mutate the hierarchy as ``HierarchicalGenome`` does."""
         factors = np.exp(0.5 * step[:, None] * some(rng, population.linear.shape, 0.5))
         fuzzy = self.fuzzy.mutated(population.fuzzy, step, rng)
         return population._replace(linear=population.linear * factors, fuzzy=fuzzy)
@@ -86,12 +86,12 @@ class LinearHierarchyGenome(Genome):
     def blended(
         self, one: LinearHierarchies, other: LinearHierarchies, share: Floats
     ) -> LinearHierarchies:
-        """Interpolate gains linearly, also beyond the ends, as some may change sign."""
+        """Interpolate gains linearly, as some change sign, the rest as ``HierarchicalGenome``."""
 
         def mixed(a: Floats, b: Floats) -> Floats:
             return np.asarray(a + share[:, None] * (b - a))
 
-        with np.errstate(all="ignore"):  # of kp and kd by their logarithm, which are not taken
+        with np.errstate(all="ignore"):  # of logarithms of kp and kd, replaced below
             fuzzy = self.fuzzy.blended(one.fuzzy, other.fuzzy, share)
         fuzzy = fuzzy._replace(gains=mixed(one.fuzzy.gains, other.fuzzy.gains))
         linear = mixed(one.linear, other.linear)
@@ -105,7 +105,7 @@ class LinearHierarchyGenome(Genome):
         return population._replace(fuzzy=self.fuzzy.nudged(population.fuzzy, rng))
 
     def stage(self, number: int, about: LinearHierarchies | None) -> Stage:
-        """Stage 0 varies weights; 1 factors on gains; 2 factors on gains and scales, and tables."""
+        """Return stage 0 (weights), 1 (gains) or 2 (gains, scales and tables), near ``about``."""
         if number == 0 or about is None:
             return Stage(self.regulator.empty().places[0], STEP, self.regulated)
         around = about
@@ -140,7 +140,7 @@ class LinearHierarchyGenome(Genome):
         return gains._replace(linear=linear_gains)
 
     def notation(self, structure: int) -> str:
-        """Return the tree of the hierarchy as nested pairs."""
+        """Return the text of the hierarchy's tree: nested pairs (column input, row input)."""
         return self.fuzzy.notation(structure)
 
     def record(self, individual: LinearHierarchies) -> Json:
@@ -160,7 +160,7 @@ class LinearHierarchyGenome(Genome):
         return self.fuzzy.record(individual.fuzzy) | {"linear": linear}
 
     def regulated(self, places: Floats, tree: Integers) -> LinearHierarchies:
-        """Return optimal regulators with hierarchies that add nothing."""
+        """Return regulators with weights at ``places`` (n, weights), with hierarchies giving 0."""
         count = len(places)
         gains = self.regulator.gains(
             taken(self.regulator.empty(), np.zeros(count, int))._replace(
@@ -181,7 +181,7 @@ class LinearHierarchyGenome(Genome):
     def moved(
         self, about: LinearHierarchies, tree: Integers, gains: Floats, further: Floats | None
     ) -> LinearHierarchies:
-        """Return ``about`` with factors exp(``gains``) and, if given, other scales and tables."""
+        """Return ``about``, gains times exp(``gains``), scales and tables moved by ``further``."""
         count, linear = len(gains), about.linear.shape[1]
         factors = np.exp(np.clip(gains[:, : 2 + linear], -FAR, FAR))
         fuzzy = taken(about.fuzzy, np.zeros(count, int))
@@ -196,7 +196,7 @@ class LinearHierarchyGenome(Genome):
 
 
 def _idle(settings: HierarchicalSettings, units: int) -> Floats:
-    """Return tables (units, 7, 7): inner units pass on their inputs' mean, the root gives 0."""
+    """Return tables (units, 7, 7): inner units give the mean of their inputs, the root gives 0."""
     levels = passthrough(settings)
     inner = 0.5 * levels + 0.5 * levels[:, None]
     return np.stack([*([inner] * (units - 1)), np.zeros_like(inner)])

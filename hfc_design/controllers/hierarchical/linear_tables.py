@@ -1,7 +1,7 @@
 """Linear laws as rule tables.
 
-A table with consequents on a plane is nearly a linear function of its two inputs; the units along
-a tree together are one of all inputs.
+A unit with consequents on a plane is nearly a linear function of its two inputs. The units of a
+tree together are then nearly a linear function of all inputs.
 """
 
 import numpy as np
@@ -12,11 +12,11 @@ from hfc_design.core.numbers import ARRAYS, Floats, Integers
 
 
 def linear_chain(sources: Integers, slopes: Floats, unit_ranges: Floats, levels: Floats) -> Floats:
-    """Return tables (n, units, 7, 7) with ``slopes`` (n, inputs) over the scaled inputs of n trees.
+    """Return tables (n, units, 7, 7) with which n trees have ``slopes`` (n, inputs) over inputs.
 
-    ``sources`` (n, units, 2) are those of the trees, ``levels`` (7,) the consequents that pass on
-    a unit's input. An inner unit's slopes sum up to its ``unit_ranges`` (n, units); the unit that
-    reads it makes up the difference to the law.
+    Inputs are scaled. ``sources`` (n, units, 2) are those of the trees, ``levels`` (7,) are
+    consequents with which a unit passes on an input. The absolute slopes of an inner unit add up to
+    ``unit_ranges`` (n, units); the unit that reads the output restores the wanted slopes.
     """
     count, units = sources.shape[:2]
     each = np.arange(count)
@@ -26,7 +26,7 @@ def linear_chain(sources: Integers, slopes: Floats, unit_ranges: Floats, levels:
         size = np.ones(count)
         if k < units - 1:
             whole = np.abs(column) + np.abs(row)
-            # A unit of which the law asks nothing passes on a mean, and nobody listens yet.
+            # A unit whose slopes are 0 gives a mean of its inputs, which its reader ignores.
             idle = whole == 0.0
             size = np.where(idle, 1.0, whole / unit_ranges[:, k])
             slopes = np.column_stack([slopes, np.where(idle, 0.0, size)])
@@ -37,7 +37,7 @@ def linear_chain(sources: Integers, slopes: Floats, unit_ranges: Floats, levels:
 
 
 def passthrough(settings: HierarchicalSettings) -> Floats:
-    """Return the consequents (7,) with which a unit's output best approximates its input."""
+    """Return the consequents (7,) with which a unit that uses one input best reproduces it."""
     u = np.linspace(-1.0, 1.0, 401)
     shares = np.array(memberships(ARRAYS, layout_of(settings).terms, u))
     return np.asarray(np.linalg.lstsq((shares / shares.sum(axis=0)).T, u, rcond=None)[0])

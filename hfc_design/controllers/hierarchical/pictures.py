@@ -1,4 +1,4 @@
-"""Pictures of a hierarchy: surface and table of each unit, the terms of all, the tree."""
+"""Pictures of a hierarchy: surface and table of each unit, the common terms, the tree."""
 
 from collections.abc import Callable
 from functools import partial
@@ -26,7 +26,7 @@ BEYOND = 1.25
 
 
 def pictures(record: HierarchicalDesign, drive: Drive) -> dict[str, dict[str, Drawn]]:
-    """Return drawing functions by kind of picture and name of unit."""
+    """Return functions that draw the pictures, by kind of picture and by name of the unit."""
     names = [f"unit-{unit.id}" for unit in record.units]
     made: dict[str, Callable[[], Surface]] = {
         name: partial(surface, record, drive, k) for k, name in enumerate(names)
@@ -41,7 +41,7 @@ def pictures(record: HierarchicalDesign, drive: Drive) -> dict[str, dict[str, Dr
 
 
 def surface(record: HierarchicalDesign, drive: Drive, k: int) -> Surface:
-    """Return the surface of unit ``k`` of the list over the ranges of its two inputs."""
+    """Return the surface of ``record.units[k]`` over the ranges of its two inputs."""
     unit, root = record.units[k], k == len(record.units) - 1
     unit_terms, rules = layout_of(record).terms, rule_units(record)[k]
 
@@ -51,14 +51,14 @@ def surface(record: HierarchicalDesign, drive: Drive, k: int) -> Surface:
         return output
 
     column, row = (_side(record, drive, name) for name in (unit.column_input, unit.row_input))
-    commands = root and record.scheduled is None  # else it scales a law
+    commands = root and record.scheduled is None  # else the root multiplies a law
     worth = (record.output_scale, drive.units["command"]) if commands else None
     title = f"unit {unit.id}" + ", the root" * root
     return Surface(title, rules, column, row, "output [1]", law, worth)
 
 
 def table(record: HierarchicalDesign, k: int) -> Figure:
-    """Draw the rule table of unit ``k`` of the list as a heat map."""
+    """Draw the rule table of ``record.units[k]`` as a heat map."""
     unit, labels = record.units[k], [term.label for term in record.terms]
     row, column = f"row: {readable(unit.row_input)}", f"column: {readable(unit.column_input)}"
     values, title = np.array(record.tables()[k]), f"unit {unit.id}"
@@ -66,7 +66,7 @@ def table(record: HierarchicalDesign, k: int) -> Figure:
 
 
 def _side(record: HierarchicalDesign, drive: Drive, source: str) -> Side:
-    """Return the range of a source."""
+    """Return the name, the unit of measurement and the range of what a fuzzy unit reads."""
     scales = {item.name: item.scale for item in record.inputs}
     if source in scales:
         largest = 1.0 / scales[source]
@@ -74,7 +74,7 @@ def _side(record: HierarchicalDesign, drive: Drive, source: str) -> Side:
         end = factor * largest
         return Side(readable(source), unit, (-end, end), scales[source] / factor)
     place = [f"unit-{unit.id}" for unit in record.units].index(source)
-    said = np.array(record.tables()[place])  # an average of these
+    said = np.array(record.tables()[place])  # its output is an average of these
     ends = min(0.0, float(said.min())), max(0.0, float(said.max())) or 1.0
     return Side(readable(source), "1", ends)
 

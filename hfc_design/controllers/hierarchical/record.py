@@ -48,11 +48,11 @@ class PdRecord(Record):
     """Gains of the PD part (LL eq. 6)."""
 
     kp: Finite  # gain on the error [command/error]
-    kd: Finite  # gain on its rate [command s/error]
+    kd: Finite  # gain on the rate of the error [command s/error]
 
 
 class LinearRecord(Record):
-    """Linear part besides kp and kd: integral, state feedback, feed-forward, resonators."""
+    """Linear part without kp and kd: integral, state feedback, feed-forward, resonators."""
 
     ki: Finite = 0.0  # gain on the integral of the error [command/(error s)]
     signals: dict[Label, Finite] = {}  # gains on signals of the drive's sensors [command/signal]
@@ -63,10 +63,10 @@ class LinearRecord(Record):
 
 
 class ScheduledRecord(LinearRecord):
-    """Linear law that the root's output scales, instead of one number."""
+    """Linear law that the scaled output of the root multiplies."""
 
     kp: Finite = 0.0  # gain on the error [command/error]
-    kd: Finite = 0.0  # gain on its rate [command s/error]
+    kd: Finite = 0.0  # gain on the rate of the error [command s/error]
 
 
 class LinearPart(LqiSettings):
@@ -76,10 +76,10 @@ class LinearPart(LqiSettings):
 
 
 class InputRecord(Record):
-    """Input of the hierarchy and its scale to the normalised universe."""
+    """Input of the hierarchy: a signal, and the scale that brings it into the range -1 to 1."""
 
     name: Label  # signal that is read
-    scale: Positive  # factor on the signal [1/signal]; the result is limited to 1
+    scale: Positive  # factor on the signal [1/signal]; the product is limited to -1 to 1
 
 
 Inputs = Annotated[tuple[InputRecord, ...], Field(min_length=2, max_length=MAX_INPUTS)]
@@ -89,28 +89,28 @@ class TermRecord(Record):
     """Linguistic term: a Gaussian with a flat top (LL eq. 3)."""
 
     label: Label  # name of the term
-    centre: Finite  # centre of its plateau, of a scaled input [1]
-    half_width: NotNegative  # half width of its plateau [1]
-    rate: Positive  # c of exp(-c d^2), d the distance from its plateau [1]
+    centre: Finite  # centre of the flat top, as a value of a scaled input [1]
+    half_width: NotNegative  # half the width of the flat top [1]
+    rate: Positive  # c of exp(-c d^2), d the distance from the flat top [1]
 
 
 Terms = Annotated[tuple[TermRecord, ...], Field(min_length=TERMS, max_length=TERMS)]
 
 
 class UnitRecord(Record):
-    """Unit: its place in the heap, its two inputs and its 7 x 7 singletons [row][column]."""
+    """Fuzzy unit: its number, its two inputs and its 7 x 7 consequents [row][column]."""
 
-    #: its place in the tree; units are in order of evaluation, the root last
+    #: number of the unit; units are listed in the order of evaluation, the root last
     id: int = Field(ge=0, le=1000)
-    #: input of its columns: a signal, or unit-N for the output of another
+    #: input of the columns: a signal, or unit-N for the output of unit N
     column_input: Label | Annotated[str, Field(pattern=r"^unit-\d{1,4}$")]
-    #: input of its rows: a signal, or unit-N for the output of another
+    #: input of the rows: a signal, or unit-N for the output of unit N
     row_input: Label | Annotated[str, Field(pattern=r"^unit-\d{1,4}$")]
     consequents: Rules  # output of each rule [1]; rows and columns in the order of the terms
 
 
 def _with_error_scale(described: Any) -> Any:
-    """Reject an adaptation without a scale of the error that judges the root's rules."""
+    """Return ``described``; ValueError if an adaptation lacks a scale of the error."""
     adaptation, names = described.adaptation, [item.name for item in described.inputs]
     some = getattr(described, "used", None)
     if adaptation and adaptation.error_scale is None and (some or "error" not in names):
@@ -138,7 +138,7 @@ class HierarchicalDesign(ControllerRecord):
     pd: PdRecord  # gains of the PD, LL eq. 6
     #: further linear gains in addition to kp and kd; left out: only a PD
     linear: LinearRecord | None = Field(None, exclude_if=not_)
-    #: linear law scaled by the root's output; left out: only output_scale
+    #: linear law that the scaled output of the root multiplies; left out: none
     scheduled: ScheduledRecord | None = Field(None, exclude_if=not_)
     inputs: Inputs  # signals that the hierarchy reads, with their scales
     output_scale: Positive  # command for an output of 1 of the root [command]
@@ -180,7 +180,7 @@ class HierarchicalDesign(ControllerRecord):
                     )
                 waiting.remove(source)
             waiting.append(f"unit-{unit.id}")
-        if lost := [x for x in waiting[:-1] if x.startswith("unit-")]:  # an input may be spare
+        if lost := [x for x in waiting[:-1] if x.startswith("unit-")]:  # inputs may be unread
             raise ValueError(
                 f"units: must all be read, except the root; nothing reads {', '.join(lost)}"
             )
@@ -193,7 +193,7 @@ class HierarchicalDesign(ControllerRecord):
         return hierarchical(layout_of(self), self.sample_time_s, limit)
 
     def adapted(self, memory: HierarchicalMemory) -> "HierarchicalDesign | None":
-        """Return the design with the moves of its root's consequents; None if it does not adapt."""
+        """Return the design with the moves of the root in ``memory``; None if it does not adapt."""
         if self.adaptation is None or memory.root is None:
             return None
         moves = tuple(map(tuple, memory.root.moves))
@@ -214,27 +214,27 @@ class HierarchicalDesign(ControllerRecord):
         return tables
 
     def sources(self) -> list[tuple[int, int]]:
-        """Return column and row source of each unit, numbered as in ``tree.Unit``."""
+        """Return column source and row source of each unit, numbered as in the module ``tree``."""
         names = [item.name for item in self.inputs] + [f"unit-{unit.id}" for unit in self.units]
         return [
             (names.index(unit.column_input), names.index(unit.row_input)) for unit in self.units
         ]
 
     def structure(self) -> str:
-        """Return the tree in the genome's notation; "" for a single unit, which has no choice."""
+        """Return the tree as ``Genome.notation`` writes it; "" if there is one unit."""
         if len(self.units) == 1:
             return ""
         return notation([item.name for item in self.inputs], self.sources())
 
     @property
     def canonical(self) -> bool:
-        """True if every unit has sources that it has in one of ``tree.trees``."""
+        """True if every source of every unit is one that this unit has in any of ``tree.trees``."""
         known = reachable(len(self.inputs), len(self.units) + 1)
         pairs = zip(self.sources(), known, strict=True)
         return all(a in columns and b in rows for (a, b), (columns, rows) in pairs)
 
     def law_gains(self) -> HierarchicalGains:
-        """Return the gains of one individual."""
+        """Return the gains of the design, as those of one individual."""
         return HierarchicalGains(
             self.pd.kp,
             self.pd.kd,
@@ -246,12 +246,12 @@ class HierarchicalDesign(ControllerRecord):
         )
 
     def input_range(self, limit: float | None) -> dict[str, float]:
-        """Ranges of inputs up to saturation; for other signals those of the linear laws."""
+        """Return ranges of signals: of inputs up to saturation, of others those of linear laws."""
         ranges: dict[str, float] = {}
         for part in (self.scheduled_part, self.linear_part):
             ranges |= part.input_range(limit or self.output_scale) if part else {}
         ranges |= input_ranges({"error": self.pd.kp, "error_rate": self.pd.kd}, self.output_scale)
-        inputs = sorted(self.inputs, key=lambda item: -item.scale)  # the furthest last
+        inputs = sorted(self.inputs, key=lambda item: -item.scale)  # the widest last: it counts
         return ranges | {item.name.removeprefix(PREVIOUS): 1.0 / item.scale for item in inputs}
 
     def connecting(self) -> list[str]:
@@ -265,7 +265,7 @@ class HierarchicalDesign(ControllerRecord):
 
     @property
     def linear_part(self) -> LinearDesign | None:
-        """Linear part added to the hierarchy, as a controller; None if it is a PD alone."""
+        """Linear part with kp and kd, as a controller of its own; None if there is only a PD."""
         if (linear_record := self.linear) is None:
             return None
         data = (
@@ -277,7 +277,7 @@ class HierarchicalDesign(ControllerRecord):
 
     @property
     def scheduled_part(self) -> LinearDesign | None:
-        """Law scaled by the root's output, as a controller; None: ``output_scale`` alone."""
+        """Law that the root's output multiplies, as a controller of its own; None: no such law."""
         if (scheduled_record := self.scheduled) is None:
             return None
         data = scheduled_record.model_dump() | {"sample_time_s": self.sample_time_s}
@@ -317,7 +317,7 @@ class HierarchicalSettings(ControllerSettings):
         return self.linear is not None
 
     def fault(self, target: Target) -> str | None:
-        """Return why the search is impossible (linear part, unknown or repeated input), or None."""
+        """Return why the search is impossible (linear part, moves, unfit inputs), or None."""
         if self.schedules and not self.linear:
             return "controller.schedules: needs [controller.linear], which it changes"
         if self.adaptation and self.adaptation.moves:
@@ -339,7 +339,7 @@ class HierarchicalSettings(ControllerSettings):
 
 
 def layout_of(described: HierarchicalDesign | HierarchicalSettings) -> Layout:
-    """Return the fixed properties of a design, or of a search for one."""
+    """Return the ``Layout`` of a design, or of a search for one."""
     names = tuple(item.name for item in described.inputs)
     terms = tuple(term(**term_record.model_dump()) for term_record in described.terms)
     scale, adaptation = described.output_scale, described.adaptation
@@ -356,15 +356,15 @@ class Bounds(Record):
 
     #: range of kp of initial individuals with a hierarchy [command/error]
     kp_range: Range = (100.0, 10_000.0)
-    kd_range: Range = (30.0, 3_000.0)  # the same of kd [command s/error]
-    #: factor around the scales of a hierarchy's inputs [1]; 1: fixed
+    kd_range: Range = (30.0, 3_000.0)  # range of kd of initial individuals [command s/error]
+    #: largest factor between first and given scales of a hierarchy's inputs [1]; 1: fixed
     scale_range: float = Field(10.0, ge=1)
-    inner_limit: float = Field(4.0, gt=0, le=4)  # |consequent| of a hierarchy's inner unit [1]
-    root_limit: Positive = 20.0  # |consequent| of a hierarchy's root [1]
+    inner_limit: float = Field(4.0, gt=0, le=4)  # largest |consequent| of inner units [1]
+    root_limit: Positive = 20.0  # largest |consequent| of a hierarchy's root [1]
 
 
 def bounds_of(search: Any) -> Bounds:
-    """Return the bounds in the settings of a search, which are already validated, or defaults."""
+    """Return the bounds in the validated settings ``search``; defaults for those that it lacks."""
     return Bounds.model_construct(**dict(search or {}))
 
 

@@ -1,11 +1,11 @@
-"""Root unit of a hierarchy with consequents that adapt on line, from the designed table onwards.
+"""Root unit of a hierarchy with consequents that adapt while the loop runs.
 
-The rule is that of the feed drives' adaptive controller (JK04 section 4.2 and Appendix B): at
-sample k the rules that fired at k - 1 are judged by what became of the error, and those to blame
-move. The terms of LL eq. 3 are flat tops with tails that never end; they have no edges to move,
-so that only consequents do. There is no stability theorem for the C-axis either: what bounds a
-move is ``largest_move``. Written for one axis in scalars; ``xp`` as in
-``core.numbers``. Never imports JAX.
+The method is that of the adaptive controller of feed drives (JK04 section 4.2 and Appendix B): at
+sample k, the rules that fired at k - 1 are judged by how the error has changed since, and the
+consequents of the rules to blame move. The terms (LL eq. 3) stay as they are: they have tails
+without end and so no edges that could move. No stability theorem applies to the C-axis; only
+``largest_move`` bounds how far a consequent moves from the designed one. The functions compute
+with scalars of one axis; ``xp`` is explained in ``core.numbers``. Never imports JAX.
 """
 
 from collections.abc import Sequence
@@ -19,33 +19,33 @@ from hfc_design.controllers.aflc.adaptation import blamed_aflc, highest_term, pe
 from hfc_design.core.numbers import Degrees, RuleTable, Scalar, Xp, clipped
 from hfc_design.core.records import TERMS, ZR, NotNegative, Positive, Record, Rules
 
-#: Share of all firing above which a rule has fired: that of 49 equal rules.
+#: A rule counts as fired if its share of the sum of all weights is above that of 49 equal rules.
 FIRED = 1.0 / 49.0
 
 
 class Adaptation(Record):
     """Adaptation of the root's consequents."""
 
-    #: step in a sample for an index of 1 or -1, in units of a consequent [1]
+    #: step of a consequent in a sample at a performance index of 1 or -1 [1]
     k_c: NotNegative = 3e-4
     largest_move: Positive  # largest move of a consequent from its start [1]
-    #: scale of the error that is judged [1/error]; left out: that of the input error
+    #: factor on the error before it is judged [1/error]; left out: scale of the input error
     error_scale: Positive | None = Field(None, exclude_if=not_)
     #: moves of the consequents so far [1]; left out: none
     moves: Rules | None = Field(None, exclude_if=not_)
 
 
 class RootMemory(NamedTuple):
-    """Memory of the root; all zero before the first sample."""
+    """Memory of the root; before the first sample all zero, except for moves of an earlier run."""
 
-    term: Scalar  # of e(k-1), -3 to 3
+    term: Scalar  # number of the error's term at k - 1, from -3 to 3
     in_column: Degrees  # (7,) degrees of the column input at k - 1
     in_row: Degrees  # (7,) degrees of the row input at k - 1
-    moves: RuleTable  # (7, 7) of the consequents from where they started
+    moves: RuleTable  # (7, 7) moves of the consequents from the designed ones
 
 
 def initial_memory(zero: Scalar, moves: RuleTable | None = None) -> RootMemory:
-    """Return the memory before the first sample: no error, and earlier ``moves`` if any."""
+    """Return the memory before the first sample: all zero, except for ``moves`` if given (7, 7)."""
     start = [[zero + move for move in row] for row in moves or ((0.0,) * TERMS,) * TERMS]
     return RootMemory(zero, [zero] * TERMS, [zero] * TERMS, start)
 
@@ -59,15 +59,15 @@ def step(
     in_column: Degrees,
     in_row: Degrees,
 ) -> tuple[RuleTable, RootMemory]:
-    """Return the consequents (7, 7) for this sample, and the memory after it.
+    """Return the adapted consequents (7, 7) for this sample, and the memory after it.
 
-    ``consequents`` are the initial ones; ``in_error``, ``in_column`` and ``in_row`` (7) the
-    degrees of the scaled error and of the root's inputs at this sample.
+    ``consequents`` are the designed ones. ``in_error``, ``in_column`` and ``in_row`` (7 each) are
+    the degrees of the scaled error and of the root's two inputs at this sample.
     """
     term = highest_term(xp, in_error)
     index = xp.once(_index(xp, memory.term, term))
     size, largest = law.k_c * abs(index), law.largest_move
-    # Down where a positive error fell too far or a negative one too slowly.
+    # Down if a positive error fell too far, or if a negative error rose too slowly.
     shift = xp.once(xp.where(memory.term * index > 0.0, -size, size))
     table = xp.each(add, consequents, memory.moves)
     firing = _firing(xp, memory)
@@ -86,7 +86,7 @@ def step(
 
 
 def _index(xp: Xp, before: Scalar, now: Scalar) -> Scalar:
-    """Index p(k) of the rules of the term ``before``."""
+    """Return the performance index p(k) of rules of term ``before`` if the error is in ``now``."""
     indices = performance_indices(xp, now)
     if xp.sparse:
         return indices[xp.whole(clipped(xp, before + ZR, 0, TERMS - 1))]
@@ -97,7 +97,7 @@ def _index(xp: Xp, before: Scalar, now: Scalar) -> Scalar:
 
 
 def _firing(xp: Xp, memory: RootMemory) -> Sequence[Sequence[Scalar]]:
-    """Return the firing (7, 7) of the rules at k - 1; 0 for rules that did not fire."""
+    """Return the weights (7, 7) of the rules at k - 1; 0 for rules that count as not fired."""
     least = xp.once(FIRED * xp.total(memory.in_row) * xp.total(memory.in_column))
 
     def weight(row: Scalar, column: Scalar) -> Scalar:
@@ -110,11 +110,11 @@ def _firing(xp: Xp, memory: RootMemory) -> Sequence[Sequence[Scalar]]:
 
 
 def _action(xp: Xp, firing: Sequence[Sequence[Scalar]], table: RuleTable) -> Scalar:
-    """Return the mean output at k - 1 of the rules that fired.
+    """Return the weighted mean of the consequents that fired at k - 1; 0 if none did.
 
-    Rules are compared with this mean. The tails of all others belong to the root's output too, but
-    they do not move: compared with that output, rules that have moved past them would all be on
-    the same side, and nothing would move any more.
+    Consequents are compared with this mean, not with the root's output. That output also contains
+    rules that count as not fired and do not move: if all fired consequents had moved past it, they
+    would be on the same side of it, and none would move any more.
     """
     weighted = xp.total(
         xp.along(lambda weights, row: xp.total(xp.along(mul, weights, row)), firing, table)

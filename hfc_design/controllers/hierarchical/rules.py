@@ -1,4 +1,4 @@
-"""Export of a hierarchy's rule tables to other programs, and explanation of a sample."""
+"""Export of the rule tables of a hierarchy to other programs, and explanation of its command."""
 
 import math
 
@@ -22,7 +22,7 @@ from hfc_design.core.numbers import Json
 
 
 def units(record: HierarchicalDesign) -> list[RuleUnit]:
-    """Return the units, for inputs scaled and clamped to [-1, 1]; the root as adapted so far."""
+    """Return the units, which read inputs clamped to [-1, 1]; the root is as adapted so far."""
     terms = tuple(map(_flat, record.terms))
     rule_units = []
     for unit, table in zip(record.units, record.tables(), strict=True):
@@ -42,7 +42,7 @@ def inputs(record: HierarchicalDesign) -> list[str]:
 
 
 def about(record: HierarchicalDesign, signal_units: dict[str, str]) -> Json:
-    """Return scales, limits and gains as plain data."""
+    """Return by key the inputs with scales and limits, the output's scale and the linear gains."""
     root = f"unit_{record.units[-1].id}"
     part, scheduled = record.linear_part, record.scheduled_part
     return {
@@ -80,7 +80,7 @@ def _input(item: InputRecord, signal_units: dict[str, str]) -> Json:
 
 
 def notes(record: HierarchicalDesign) -> list[str]:
-    """Return lines on the units of the signals and on what a rule table does not contain."""
+    """Return notes on the units of the signals and on what the rule tables do not contain."""
     lines = ["inputs are scaled and clamped to -1 .. 1; inputs and output have no unit"]
     if record.linear is not None:
         added = "integral, resonators" if record.linear.resonators else "integral"
@@ -93,7 +93,7 @@ def notes(record: HierarchicalDesign) -> list[str]:
 
 
 def tables(record: HierarchicalDesign) -> dict[str, Rows]:
-    """Return ``unit-N.csv`` (rows: row term) and ``manifest.csv``."""
+    """Return the rows of ``unit-N.csv``, one file for each unit N, and of ``manifest.csv``."""
     labels = [term.label for term in record.terms]
     manifest = [["unit", "column_input", "row_input", "file"]]
     files = {}
@@ -106,12 +106,12 @@ def tables(record: HierarchicalDesign) -> dict[str, Rows]:
 
 
 def signals(record: HierarchicalDesign) -> tuple[list[str], list[str]]:
-    """Signals of a sample, and those kept from the previous sample."""
+    """Return the signals read in a sample, and the inputs that are readings of the previous one."""
     return reads(record), [name for name in inputs(record) if name.startswith(PREVIOUS)]
 
 
 def reads(record: HierarchicalDesign) -> list[str]:
-    """Signals of a sample; those needed a sample later come last."""
+    """Return the signals read in a sample; those that are only needed a sample later come last."""
     names = sorted(inputs(record), key=lambda name: name.startswith(PREVIOUS))
     input_signals = (name.removeprefix(PREVIOUS) for name in names)
     scheduled_signals = record.scheduled.signals if record.scheduled else ()
@@ -120,12 +120,12 @@ def reads(record: HierarchicalDesign) -> list[str]:
 
 
 def remember(memory: HierarchicalMemory, readings: dict[str, float]) -> HierarchicalMemory:
-    """Return the memory with ``readings`` of the previous sample."""
+    """Return the memory with these ``readings`` as those of the previous sample."""
     return memory._replace(readings={**memory.readings, **readings})
 
 
 def shown(record: HierarchicalDesign, parts: HierarchyParts) -> Json:
-    """Return the parts of a sample's command as plain data."""
+    """Return by key the inputs, the units with fired rules, and the parts of a sample's command."""
     labels = [term.label for term in record.terms]
     scaled_inputs = [
         {"name": item.name, "reading": reading, "scale": item.scale, "scaled": u}

@@ -1,4 +1,4 @@
-"""Report picture of a scheduled law: the factor on it."""
+"""Report picture of the factor by which a hierarchy multiplies its scheduled law."""
 
 from functools import partial
 
@@ -15,7 +15,7 @@ STYLES = ((OWN, "-"), (OTHER, "-"), ("0.35", "-"), (OWN, ":"), (OTHER, ":"), ("0
 
 
 def factor(record: HierarchicalDesign, points: Floats) -> Floats:
-    """Return the scaled output (n,) of the root at values (n, inputs) of the scaled inputs."""
+    """Return the factor (n,) on the scheduled law at ``points`` (n, inputs) of scaled inputs."""
     layout = layout_of(record)
     degrees = partial(memberships, ARRAYS, layout.terms)
     units, _ = outputs(ARRAYS, degrees, layout.input_range, record.law_gains(), list(points.T))
@@ -23,7 +23,7 @@ def factor(record: HierarchicalDesign, points: Floats) -> Floats:
 
 
 def schedule(record: HierarchicalDesign, labels: dict[str, str], units: dict[str, str]) -> Drawing:
-    """Draw the factor on the law over each input; ``labels`` and ``units`` by input name."""
+    """Draw ``factor`` over each input, the others being 0; ``labels``, ``units``: by input name."""
     figure = framed(3.3 + 0.2 * len(record.inputs), top=0.15 + 0.2 * len(record.inputs))
     axes = figure.subplots()
     places = np.linspace(-1.0, 1.0, 201)

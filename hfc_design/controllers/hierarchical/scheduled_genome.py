@@ -1,7 +1,7 @@
-"""Genome of a fuzzy hierarchy that blends from one linear law to another, in three stages.
+"""Genome of a fuzzy hierarchy that blends two linear laws; a search has three stages.
 
-The search varies the weights of two optimal regulators and the share of the second at each speed
-of the reference, then the gains of both, then everything.
+The first stage varies the weights of two optimal regulators, and the share of the second law in
+each term of one input of the tree. The second varies gains and shares, the third everything.
 """
 
 from typing import Any, NamedTuple
@@ -24,16 +24,16 @@ from hfc_design.controllers.hierarchical.record import HierarchicalSettings
 from hfc_design.controllers.kind import Target
 from hfc_design.core.numbers import Floats, Integers, Json
 
-#: Share of the second law at 0 of a tree's first input, and in the next three terms either way.
+#: First shares of the second law in the middle term of a tree's first input and the next three.
 SHARES = np.array([1.0, 0.0, 0.0, 1.0])
 
 
 class ScheduledHierarchies(NamedTuple):
-    """n individuals; every array carries them in its leading axis."""
+    """Population of n individuals; the first axis of every array counts the individuals."""
 
     tree: Integers  # (n,)
-    first: LinearHierarchies  # the law where the root gives 0, and the hierarchy
-    second: Floats  # (n, 2 + ...) kp, kd and the columns of ``first.linear`` where it gives 1
+    first: LinearHierarchies  # hierarchy, and the law where the root's scaled output is 0
+    second: Floats  # (n, 2 + ...) kp, kd and ``linear`` of the law where that output is 1
 
 
 class ScheduledGenome(Genome):
@@ -45,11 +45,11 @@ class ScheduledGenome(Genome):
         super().__init__(settings, target)
         self.on_one = LinearHierarchyGenome(settings, target)
         self.structures = self.on_one.structures
-        self.leading = self.on_one.fuzzy.sources.min(axis=(1, 2))  # (trees,) first input of each
+        self.leading = self.on_one.fuzzy.sources.min(axis=(1, 2))  # (trees,) first inputs
         self.passing = passthrough(settings)
 
     def empty(self) -> ScheduledHierarchies:
-        """Return one individual for each tree, in order, with the first regulator."""
+        """Return one individual for each tree, in their order; both laws are the same regulator."""
         return _alike(self.on_one.empty())
 
     def fresh(self, tree: Integers, rng: np.random.Generator) -> ScheduledHierarchies:
@@ -67,7 +67,7 @@ class ScheduledGenome(Genome):
     def blended(
         self, one: ScheduledHierarchies, other: ScheduledHierarchies, share: Floats
     ) -> ScheduledHierarchies:
-        """Interpolate gains linearly."""
+        """Interpolate gains linearly, the rest as ``LinearHierarchyGenome``."""
         second = one.second + share[:, None] * (other.second - one.second)
         first = self.on_one.blended(one.first, other.first, share)
         return ScheduledHierarchies(one.tree, first, second)
@@ -75,11 +75,11 @@ class ScheduledGenome(Genome):
     def nudged(
         self, population: ScheduledHierarchies, rng: np.random.Generator
     ) -> ScheduledHierarchies:
-        """Change kp and kd by about a millionth."""
+        """Change kp and kd of the first law by about a millionth."""
         return population._replace(first=self.on_one.nudged(population.first, rng))
 
     def gains(self, population: ScheduledHierarchies) -> HierarchicalGains:
-        """Return the gains for ``simulate``; the root scales the difference of the laws."""
+        """Return the gains for ``simulate``; the root multiplies the second law less the first."""
         population = self._even(population)
         first, other = self.on_one.gains(population.first), self.on_one.gains(_second(population))
         assert first.linear is not None
@@ -89,7 +89,7 @@ class ScheduledGenome(Genome):
         return first._replace(scheduled=difference._replace(width=first.linear.width))
 
     def record(self, individual: ScheduledHierarchies) -> Json:
-        """Return the record with the law that the root scales."""
+        """Return the record; its law ``scheduled`` is the second law less the first."""
         individual = self._even(individual)
         near, far = self.on_one.record(individual.first), self.on_one.record(_second(individual))
         one, other = (x["linear"] | x["pd"] for x in (near, far))
@@ -114,7 +114,7 @@ class ScheduledGenome(Genome):
         tables, places = fuzzy.consequents.copy(), np.arange(49).reshape(7, 7)
         for tree in np.unique(fuzzy.tree):
             members = np.flatnonzero(fuzzy.tree == tree)
-            for k, unit in enumerate(self.on_one.fuzzy.trees[tree]):  # it gives the same both ways
+            for k, unit in enumerate(self.on_one.fuzzy.trees[tree]):  # outputs of units are even
                 turned = tuple(way for way, x in enumerate((unit.row, unit.column)) if x < inputs)
                 half = np.minimum(places, np.flip(places, turned))
                 tables[members, k] = tables[members, k].reshape(-1, 49)[:, half]
@@ -122,11 +122,11 @@ class ScheduledGenome(Genome):
         return population._replace(first=first)
 
     def notation(self, structure: int) -> str:
-        """Return the tree of the hierarchy as nested pairs."""
+        """Return the text of the hierarchy's tree: nested pairs (column input, row input)."""
         return self.on_one.notation(structure)
 
     def stage(self, number: int, about: ScheduledHierarchies | None) -> Stage:
-        """Return stage 0: weights of two regulators and shares, 1: two laws and shares, 2: all."""
+        """Return stage 0 (weights, shares), 1 (gains, shares) or 2 (gains, scales and tables)."""
         if number == 0 or about is None:
             return self._regulators()
         around, size = about, 2 + about.first.linear.shape[1]
@@ -152,14 +152,14 @@ class ScheduledGenome(Genome):
         return Stage(np.zeros(2 * size + further), EVERYTHING, all_of_it)
 
     def _regulators(self) -> Stage:
-        """Return the stage of two optimal regulators, which have the best initial gains."""
+        """Return stage 0: its points are the weights of two regulators, the shares and a scale."""
         places = self.on_one.regulator.empty().places[0]
         size = len(places)
 
         def members(points: Floats, tree: Integers) -> ScheduledHierarchies:
             one, other = points[:, :size], points[:, size : 2 * size]
             both = self.on_one.regulated(one, tree), self.on_one.regulated(other, tree)
-            # The second holds at rest, which needs an integral; slow axes stick and slip with one.
+            # The second law, at rest, gets the larger ki; with it a slow axis would stick and slip.
             more = both[0].linear[:, :1] > both[1].linear[:, :1]
             first = self.on_one.regulated(np.where(more, other, one), tree)
             second = self.on_one.regulated(np.where(more, one, other), tree)
@@ -170,7 +170,7 @@ class ScheduledGenome(Genome):
         return Stage(np.concatenate([places, places, np.zeros(len(SHARES) + 1)]), STEP, members)
 
     def _shares(self, first: LinearHierarchies) -> Floats:
-        """Return the shares in the tables of the first individual, as ``_sharing`` takes them."""
+        """Return the shares (4,) of the second law in the tables of the first individual."""
         units, way = self.on_one.fuzzy.trees[first.tree[0]], self.leading[first.tree[0]]
         k = next(k for k, unit in enumerate(units) if way in (unit.column, unit.row))
         table = first.fuzzy.consequents[0, k]
@@ -180,7 +180,7 @@ class ScheduledGenome(Genome):
     def _sharing(
         self, first: LinearHierarchies, shares: Floats, points: Floats
     ) -> LinearHierarchies:
-        """Return individuals with tables that give ``shares`` (n, 4) by the first input alone."""
+        """Return individuals whose tables give ``shares`` (n, 4) by the first input alone."""
         fuzzy = first.fuzzy
         both = shares[:, [3, 2, 1, 0, 1, 2, 3]] / self.settings.output_scale
         tables = np.stack([self._tables(int(t), x) for t, x in zip(first.tree, both, strict=True)])
@@ -190,9 +190,9 @@ class ScheduledGenome(Genome):
         return first._replace(fuzzy=fuzzy._replace(scales=scales, consequents=tables))
 
     def _tables(self, tree: int, shares: Floats) -> Floats:
-        """Return a tree's tables (units, 7, 7): the first unit on the way has the shares.
+        """Return the tables (units, 7, 7) of a tree: the reader of its first input has ``shares``.
 
-        The other units on the way pass them on.
+        The units from there to the root pass them on; all others give the mean of their inputs.
         """
         tables, inputs, first = [], len(self.on_one.fuzzy.names), self.leading[tree]
         way = first
@@ -211,22 +211,22 @@ class ScheduledGenome(Genome):
 
 
 def _less(far: Any, near: Any) -> Any:
-    """Return the difference of two laws' gains; None or () if neither has the gain."""
+    """Return ``far`` less ``near``; ``near`` itself if it is None or (): no law has the gain."""
     return near if near is None or isinstance(near, tuple) else far - near
 
 
 def _alike(first: LinearHierarchies) -> ScheduledHierarchies:
-    """Return individuals with the same law twice."""
+    """Return individuals whose second law equals the first."""
     return ScheduledHierarchies(first.tree, first, _law(first))
 
 
 def _law(first: LinearHierarchies) -> Floats:
-    """Return kp, kd and the columns of the linear part (n, ...)."""
+    """Return the gains (n, 2 + ...) of the first law: kp, kd and the columns of ``linear``."""
     return np.concatenate([first.fuzzy.gains, first.linear], axis=1)
 
 
 def _second(population: ScheduledHierarchies) -> LinearHierarchies:
-    """Return the hierarchy on the second law."""
+    """Return the hierarchies with the second law in place of the first."""
     first, second = population.first, population.second
     return first._replace(linear=second[:, 2:], fuzzy=first.fuzzy._replace(gains=second[:, :2]))
 
@@ -236,7 +236,7 @@ def _scaled(second: Floats, logarithms: Floats) -> Floats:
 
 
 def genome_of(settings: HierarchicalSettings, target: Target) -> Genome:
-    """Return the genome of a hierarchy on a PD, on a linear law, or blending two linear laws."""
+    """Return the genome of a hierarchy that is added to a PD or a linear law, or blends laws."""
     if settings.linear is None:
         return HierarchicalGenome(settings, target)
     kind = ScheduledGenome if settings.schedules else LinearHierarchyGenome

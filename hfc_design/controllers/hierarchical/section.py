@@ -22,7 +22,7 @@ UNITS = (
 
 
 def sections(record: HierarchicalDesign, shown: ReportContext) -> list[Section]:
-    """Return the sections: gains and tree, and the units."""
+    """Return two sections: the gains with the tree, and the drawings of the units."""
     tree = Drawing(
         drawn_tree(record, shown.machine.drives[0]),
         "The hierarchy drawn as a tree",
@@ -42,7 +42,7 @@ def sections(record: HierarchicalDesign, shown: ReportContext) -> list[Section]:
 
 
 def _unit(record: HierarchicalDesign, shown: ReportContext, k: int) -> list[Drawing]:
-    """Return table and surface of unit ``k`` of the list."""
+    """Return the drawings of the table and of the surface of ``record.units[k]``."""
     unit, root = record.units[k], k == len(record.units) - 1
     name = f"unit {unit.id}{', the root' if root else ''}"
     begins = " before it adapts" if root and record.adaptation else ""
@@ -60,7 +60,7 @@ def _unit(record: HierarchicalDesign, shown: ReportContext, k: int) -> list[Draw
 
 
 def _parameters(controller: HierarchicalDesign, units: dict[str, str]) -> Table:
-    """Return name, value and unit of the gains and of the hierarchy's scales."""
+    """Return the table (name, value, unit) of all gains, of the scales and of the adaptation."""
     command, error = units["command"], units["error"]
     rows = [
         ("proportional gain", controller.pd.kp, f"{command}/{error}"),

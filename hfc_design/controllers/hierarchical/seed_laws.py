@@ -1,9 +1,9 @@
-"""Laws of few numbers to start a hierarchy from, and their translation to tables.
+"""Simple laws from which the search for a hierarchy starts, and their translation to rule tables.
 
-A law is a PD, gains on the drive's signals, one on the change of velocities that are read twice
-(as if the machine were heavier), and a constant; all but the PD saturates where the root does.
-It is not a kind of controller: its few numbers are searched in seconds, then it is laid along
-trees as tables (``planes``), from which a search of tables continues.
+A law has a PD, gains on signals, a gain on the change of velocities from sample to sample (as if
+the machine were heavier) and a constant command. All but the PD is limited like the root's output.
+A search of these few numbers takes seconds. Then ``SeedLaws.laid`` translates laws to tables of
+trees, where the search continues; no design file contains such a law.
 """
 
 from typing import Any, NamedTuple
@@ -21,27 +21,27 @@ from hfc_design.core.numbers import Floats, Integers, Memory, Scalar, Xp, clippe
 from hfc_design.core.records import UserError
 from hfc_design.stability.nominal import nominal
 
-#: Sums of the slopes of an inner unit, in shares of its largest consequent: of first tables, and
-#: limits. The unit's output is not clamped, but the terms of the unit that reads it end at 1: a
-#: large sum saturates early. A small one leaves little to the following units, whose consequents
-#: are limited too. Consequents of a plane go up to 1.41 times the sum.
+#: Sums of the slopes of an inner unit, in shares of its largest consequent: values tried in first
+#: tables, and limits. A large sum saturates early: the terms of the unit that reads the output end
+#: at 1. A small sum needs large consequents in the following units, which are limited too. The
+#: largest consequent of a plane is 1.41 times the sum.
 REACH, ENDS = (0.2, 0.4, 0.7, 1.0), (0.02, 3.0)
-#: Constant command of first laws, in shares of the command at which they saturate.
+#: Range of the constant command of first laws, in shares of the command at which laws saturate.
 OFFSET = (5e-4, 0.15)
-#: Gain on the change of a velocity from sample to sample: range for first laws, in shares of kd;
-#: share of them that have one; largest gain, in shares of that at which a velocity saturates at
-#: the end of its universe.
+#: Gain on the change of a velocity from sample to sample: range in first laws, in shares of kd;
+#: share of first laws that have such a gain; largest gain, in multiples of that with which a change
+#: as large as the velocity's range commands the limit.
 INERTIA, WITH_INERTIA, MOST_INERTIA = (0.1, 30.0), 0.7, 20.0
 TINY = 1e-9
-#: Largest share of a velocity signal that differs from the error's rate.
+#: A signal counts as a velocity if no more than this share of it differs from the error's rate.
 SAME = 1e-6
-#: Shares of all gains of a law that first tables follow, and range of their universes in shares of
-#: the largest signals: only a trial tells which suit.
+#: Factors on all gains of a law before first tables are made of it, and limits of the ranges of the
+#: inputs, in shares of the largest signals: only trials show which values are good.
 SHARES, UNIVERSE = (1.0, 1.0, 0.6, 0.3), (0.7, 3.0)
 
 
 class Laws(NamedTuple):
-    """n laws; every array carries them in its leading axis."""
+    """Population of n laws; the first axis of every array counts the laws."""
 
     tree: Integers  # (n,) 0: they have no structure
     numbers: Floats  # (n, size) kp, kd, gains on signals, on the change, the constant
@@ -58,7 +58,7 @@ class LawGains(NamedTuple):
 
 
 class Structure(NamedTuple):
-    """Structure of a law: signals, velocities with their factors, command where it saturates."""
+    """Structure of a law: signals, velocities (name, factor), and the limit of all but the PD."""
 
     signals: tuple[str, ...]
     velocities: tuple[tuple[str, float], ...]
@@ -73,12 +73,12 @@ class SeedLaws:
     """
 
     def __init__(self, genome: Any):
-        self.genome = genome  # a ``HierarchicalGenome``, which lays them down
+        self.genome = genome  # the ``HierarchicalGenome`` of the tables
         target = genome.target
         model = nominal(target.machine.drives[0], target.parameters[0], target.sample_time)
         seen = {name: model.outputs[name] for name in genome.names if name in model.outputs}
         rate = model.outputs["error_rate"]
-        #: Velocities that are read twice, with their factors on the error's rate.
+        #: Velocities read now and a sample later, as multiples of the error's rate.
         self.velocities: dict[str, float] = {}
         for name, row in seen.items():
             share = float(row @ rate / (rate @ rate))
@@ -96,7 +96,7 @@ class SeedLaws:
         )
 
         twice = [genome.scales[genome.names.index(name)] for name in self.velocities]
-        #: Largest gain on the change: tables of larger ones have steps instead of slopes.
+        #: Largest gain on the change: with larger gains, tables have steps instead of slopes.
         self.most = MOST_INERTIA * self.largest * max(twice, default=0.0)
 
     @property
@@ -105,23 +105,23 @@ class SeedLaws:
         return self.search.signals
 
     def fresh(self, count: int, rng: np.random.Generator) -> Laws:
-        """Return regulators of random weights, with random inertia and constant."""
+        """Return regulators of random weights, with a random gain on the change and constant."""
         gains = self.search.gains(self.search.fresh(np.zeros(count, int), rng))
         with_it = rng.random(count) < WITH_INERTIA
         change = gains.kd * between(rng, INERTIA, count) * with_it
         constant = self.largest * between(rng, OFFSET, count) * rng.choice([-1.0, 1.0], count)
         rows = () if gains.signals is None else gains.signals
         numbers = np.stack([gains.kp, gains.kd, *rows, change, constant], axis=1)
-        # Weights for which there is no regulator leave a PD of nothing, which diverges or stands.
+        # If the weights have no regulator, all gains are 0: the axis diverges or stands still.
         return Laws(np.zeros(count, int), np.nan_to_num(numbers))
 
     def points(self, laws: Laws) -> Floats:
-        """Return coordinates (n, size) for a distribution: logarithms, signs free."""
+        """Return coordinates (n, size): logarithms of kp and kd, arcsinh of the other numbers."""
         gains = np.log(np.maximum(laws.numbers[:, :2], TINY))
         return np.concatenate([gains, np.arcsinh(laws.numbers[:, 2:] / self.units)], axis=1)
 
     def laws(self, points: Floats) -> Laws:
-        """Return the laws of such coordinates."""
+        """Return the laws with the coordinates ``points`` (n, size), see the method ``points``."""
         gains, others = np.exp(np.clip(points[:, :2], -21.0, 21.0)), points[:, 2:]
         numbers = np.concatenate([gains, self.units * np.sinh(np.clip(others, -21, 21))], axis=1)
         numbers[:, -2] = np.clip(numbers[:, -2], -self.most, self.most)
@@ -134,7 +134,7 @@ class SeedLaws:
         return LawGains(kp, kd, rows, change, constant)
 
     def controller(self) -> PerAxis:
-        """Return the controller of such laws, with the limit of the first axis."""
+        """Return a controller that applies such a law to every axis, with the first axis' limit."""
         velocities = tuple((name, 1.0 / share) for name, share in self.velocities.items())
         structure = Structure(self.signals, velocities, self.largest)
         target = self.genome.target
@@ -143,7 +143,7 @@ class SeedLaws:
         return PerAxis("linear law of few numbers", (law,) * len(target.machine.axes))
 
     def ways(self, laws: Laws, rng: np.random.Generator) -> Floats:
-        """Return points (n, size + 2) for ``laid``: the laws with random shares and universes."""
+        """Return points (n, size + 2) for ``laid``: laws times random factors, random ranges."""
         count = len(laws.tree)
         share = rng.choice(SHARES, (count, 1))
         points = self.points(laws._replace(numbers=share * laws.numbers))
@@ -151,11 +151,11 @@ class SeedLaws:
         return np.column_stack([points, np.log(wide), np.log(inner_range)])
 
     def laid(self, points: Floats, tree: Integers, sizes: Floats) -> Any:
-        """Return ``Hierarchies`` that lay laws along trees as tables.
+        """Return ``Hierarchies`` on trees (n,) whose tables approximate laws.
 
-        The last two of the coordinates ``points`` (n, size + 2) are logarithms: of the universes in
-        shares of ``sizes`` (inputs,), the largest magnitudes of the inputs under such a law; and of
-        the reach of inner units.
+        ``points`` (n, size + 2) are the coordinates of laws, followed by two logarithms: that of
+        the ranges of inputs, in shares of ``sizes`` (inputs,), the largest magnitudes of the inputs
+        under such a law; and that of the sum of an inner unit's slopes (see ``REACH``).
         """
         genome, count = self.genome, len(tree)
         names, inputs = genome.names, len(genome.names)
@@ -172,7 +172,7 @@ class SeedLaws:
         wide, inner_range = np.exp(points[:, -2:].T)
         scales = 1.0 / np.maximum(wide[:, None] * sizes, TINY)
         scales = np.clip(scales, low, high)
-        for name in self.velocities:  # of two readings whose change counts universes end at one
+        for name in self.velocities:  # both readings of a change need the same scale
             pair = [names.index(name), names.index(f"{PREVIOUS}{name}")]
             if low[pair].max() <= high[pair].min():
                 one = np.clip(scales[:, pair[:1]], low[pair].max(), high[pair].min())
@@ -189,7 +189,7 @@ class SeedLaws:
 
 
 def laws_for(genome: Any) -> SeedLaws | None:
-    """Return laws for the nominal drive; None if it has none."""
+    """Return the simple laws; None if the nominal drive is not linearised or has no regulator."""
     try:
         return SeedLaws(genome)
     except UserError:
@@ -197,14 +197,14 @@ def laws_for(genome: Any) -> SeedLaws | None:
 
 
 def _memory(law: AxisLaw, zero: Scalar) -> tuple[Memory, ...]:
-    """Return the memory before the first sample: the velocities of the previous one."""
+    """Return the memory before the first sample: every velocity is zero."""
     return tuple(zero for _ in law.structure.velocities)
 
 
 def _sample(
     xp: Xp, law: AxisLaw, gains: LawGains, memory: tuple[Scalar, ...], signals: Signals
 ) -> tuple[Scalar, tuple[Scalar, ...], None]:
-    """Return the command, and the velocities to remember."""
+    """Return the command, the velocities to remember, and no parts."""
     structure: Structure = law.structure
     fed = [gain * signals[x] for x, gain in zip(structure.signals, gains.signals, strict=True)]
     now = tuple(signals[name] for name, _ in structure.velocities)

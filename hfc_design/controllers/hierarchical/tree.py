@@ -1,9 +1,9 @@
-"""Hierarchies of two-input fuzzy units: trees, the genes that encode them, their evaluation.
+"""Hierarchies of two-input fuzzy units: trees, and the genes that encode trees.
 
-A hierarchy of i inputs is a full binary tree with i leaves and i - 1 units. It is held as data,
-so that one compiled program serves all of them: a ``Tree`` lists its units in evaluation order,
-each with the source of its column and of its row input. Source s < i is external input s;
-source i + k is the output of the k-th unit of the list.
+A hierarchy of i inputs is a full binary tree with i leaves and i - 1 units. A tree is data, not
+code, so that one compiled program serves all trees: a ``Tree`` lists the units in the order of
+their evaluation, each with a source of its column input and a source of its row input. A source
+s < i is external input s; a source i + k is the output of unit k of the list, counted from 0.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -20,7 +20,7 @@ MAX_INPUTS = 6
 
 
 class Unit(NamedTuple):
-    """Unit of a tree: its place in the heap and the sources of its two inputs."""
+    """Unit of a tree, with two sources. In the heap, units 2n+1 and 2n+2 feed unit n (root: 0)."""
 
     heap_id: int
     column: int
@@ -28,17 +28,17 @@ class Unit(NamedTuple):
 
 
 Tree = tuple[Unit, ...]
-#: Column and row source of each unit (units,).
+#: For each unit (column source, row source): (units, 2).
 Sources: TypeAlias = Sequence[tuple[Scalar, Scalar]] | NDArray[np.int32]
-#: Possible sources (column, row) of each unit.
+#: For each unit the possible sources of its column input, and those of its row input.
 Reach: TypeAlias = Sequence[tuple[Sequence[int], Sequence[int]]]
 
-# While a tree is being built: a leaf is the number of an input, a node is (column, row).
+# Part of a tree: a leaf is the number of an input, a unit is a pair of parts (column, row).
 Node = Any
 
 
 def unit_count(inputs: int) -> int:
-    """Number of units that genes of ``inputs`` inputs can name: U = 2^(i-2) (LL section 3.2)."""
+    """Return U = 2^(i-2), how many units genes of i ``inputs`` can name (LL section 3.2)."""
     if not 2 <= inputs <= MAX_INPUTS:
         raise ValueError(f"inputs must be 2 to {MAX_INPUTS} (got {inputs})")
     return int(2 ** (inputs - 2))
@@ -46,9 +46,9 @@ def unit_count(inputs: int) -> int:
 
 @cache
 def trees(inputs: int, used: int | None = None) -> tuple[Tree, ...]:
-    """Return every distinct hierarchy of ``inputs`` inputs, or of ``used`` ones among them.
+    """Return each distinct tree of ``inputs`` inputs, or of any choice of ``used`` among them.
 
-    The order is always the same. For i inputs there are (2i - 3)!!: 1, 3, 15, 105, 945 for 2 to 6.
+    The order is always the same. For i = 2 to 6 inputs there are (2i - 3)!! = 1, 3, 15, 105, 945.
     """
     unit_count(inputs)
     some = combinations(range(inputs), used or inputs)
@@ -56,7 +56,7 @@ def trees(inputs: int, used: int | None = None) -> tuple[Tree, ...]:
 
 
 def _nodes(leaves: tuple[int, ...]) -> Iterator[Node]:
-    """Yield all canonical nodes over ``leaves``; the first leaf always stays on the kept side."""
+    """Yield each distinct node over ``leaves`` once: no split moves the first leaf to ``rest``."""
     if len(leaves) == 1:
         yield leaves[0]
         return
@@ -70,7 +70,7 @@ def _nodes(leaves: tuple[int, ...]) -> Iterator[Node]:
 
 
 def _joined(one: Node, other: Node) -> Node:
-    """Return a node with inputs in canonical order: more leaves first, then the smaller leaf."""
+    """Return a pair: first the part with more leaves, or, if equal, with the smallest leaf."""
 
     def key(node: Node) -> tuple[int, int]:
         leaves = _leaves(node)
@@ -84,7 +84,7 @@ def _leaves(node: Node) -> list[int]:
 
 
 def _flatten(root: Node, inputs: int) -> Tree:
-    """Return the units of ``root``, deepest heap place first, so that inputs precede their use."""
+    """Return the units of node ``root`` by falling heap number, so that each follows its inputs."""
     placed: list[tuple[int, Node]] = []
 
     def place(node: Node, heap_id: int) -> None:
@@ -103,11 +103,11 @@ def _flatten(root: Node, inputs: int) -> Tree:
 
 
 def decode(gene: Sequence[int]) -> Tree | None:
-    """Return the hierarchy encoded by ``gene``, or None if it is invalid.
+    """Return the hierarchy encoded by ``gene``; None if a unit would have more than two inputs.
 
-    ``gene[s]`` names the heap unit that input s enters. From the highest unit down, a unit
-    without inputs vanishes and one with a single input passes it on to its parent; afterwards
-    every unit has to have exactly two (LL section 3.2, steps 2(ii) and 2(iii)).
+    ``gene[s]`` is the heap number of the unit that input s enters. From the highest number down,
+    a unit without inputs is removed, and a unit with one input passes it on to its parent; every
+    remaining unit must have exactly two inputs (LL section 3.2, steps 2(ii) and 2(iii)).
     """
     inputs = len(gene)
     units = unit_count(inputs)
@@ -129,9 +129,9 @@ def decode(gene: Sequence[int]) -> Tree | None:
 
 
 def notation(names: Sequence[str], sources: Iterable[tuple[int, int]]) -> str:
-    """Return a tree as nested pairs (column input, row input).
+    """Return the text of a tree: nested pairs (column input, row input).
 
-    ``names`` are those of the inputs, ``sources`` the column and row source of each unit.
+    ``names`` are the names of the inputs; ``sources`` has column and row source of each unit.
     """
     values = [name.replace("_", " ") for name in names]
     for column, row in sources:
@@ -141,16 +141,16 @@ def notation(names: Sequence[str], sources: Iterable[tuple[int, int]]) -> str:
 
 @cache
 def all_sources(inputs: int, used: int | None = None) -> NDArray[np.int32]:
-    """Return every tree as data for the closed loop: sources (trees, units, 2), column first."""
+    """Return the sources of all ``trees`` for the closed loop: (trees, units, 2), column first."""
     return np.array([[unit[1:] for unit in tree] for tree in trees(inputs, used)], dtype=np.int32)
 
 
 @cache
 def reachable(inputs: int, used: int | None = None) -> Reach:
-    """Return the sources that units have in any of the trees, in order.
+    """Return for each unit the sources that it has in any of ``trees``, in ascending order.
 
-    They are little more than half of all earlier sources: a column has no fewer leaves than its
-    row.
+    They are little more than half of all inputs and earlier units, because the column input of a
+    unit never has fewer leaves than the row input.
     """
     sources = all_sources(inputs, used)
     columns, rows = ([tuple(np.unique(unit).tolist()) for unit in side] for side in sources.T)

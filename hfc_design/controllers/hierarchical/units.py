@@ -1,4 +1,4 @@
-"""Number of units of a hierarchy that matter. Never imports JAX."""
+"""How many units of a hierarchy matter for the command. Never imports JAX."""
 
 from collections.abc import Mapping
 from functools import cache, partial
@@ -11,20 +11,20 @@ from hfc_design.controllers.hierarchical.record import HierarchicalDesign, layou
 from hfc_design.controllers.linear.law import AHEAD, LinearGains, Structure
 from hfc_design.core.numbers import ARRAYS, Floats, Integers
 
-#: Share of the command above which a unit's effect matters, once its output is replaced by a
-#: constant: both as root mean squares over the universe of the inputs.
+#: A unit matters if replacing its table by a constant changes the command by more than this share.
+#: Command and change are root mean squares over the range [-1, 1] of all scaled inputs.
 SHARE = 0.05
-#: Number of points of that universe, a power of two.
+#: Number of points in this range at which the command is computed; a power of two.
 POINTS = 128
 
 
 def units_that_matter(record: HierarchicalDesign, gains: HierarchicalGains) -> Integers:
     """Return the number (n,) of units that matter in each individual of a population's ``gains``.
 
-    ``record`` gives inputs, terms and the order of scales. A unit matters if the command changes by
-    more than ``SHARE`` once its table is replaced by the table's mean. The command is that of the
-    whole controller, as far as it follows from the inputs: without integral, resonators and
-    adaptation.
+    ``record`` gives the terms and the inputs, in the order of ``gains.scales``. A unit matters if
+    the command changes by more than the share ``SHARE`` once all numbers of its table are replaced
+    by their mean. The command is that of the whole controller, as far as it follows from the
+    inputs: without integral, resonators and adaptation.
     """
     layout = layout_of(record)
     points = _universe(len(layout.inputs))
@@ -51,7 +51,7 @@ def units_that_matter(record: HierarchicalDesign, gains: HierarchicalGains) -> I
 
 @cache
 def _universe(inputs: int) -> Floats:
-    """Return points (inputs, POINTS, 1) in [-1, 1], the same in every search."""
+    """Return Sobol points (inputs, POINTS, 1) in [-1, 1]; they are the same in every search."""
     from scipy.stats import qmc  # which takes a while to import
 
     points = 2.0 * qmc.Sobol(inputs, scramble=False).random(POINTS) - 1.0
@@ -59,7 +59,7 @@ def _universe(inputs: int) -> Floats:
 
 
 def _root(layout: Layout, gains: HierarchicalGains, points: Floats) -> Floats:
-    """Return the output (POINTS, n) of the root."""
+    """Return the output (POINTS, n) of the root at ``points`` of the scaled inputs."""
     count = np.asarray(gains.consequents).shape[-1]
 
     def picked(values: Mapping[int, Floats], index: Integers) -> Floats:
@@ -74,7 +74,7 @@ def _root(layout: Layout, gains: HierarchicalGains, points: Floats) -> Floats:
 
 
 def _gains_of(law: Structure | None, gains: LinearGains) -> dict[str, Any]:
-    """Return the gains of a linear law by signal."""
+    """Return the gains of a linear law by signal, feed-forward of velocity and acceleration too."""
     signals = () if gains.signals is None else gains.signals
     names = law.signals if law else ()
     by_signal = {
@@ -88,7 +88,7 @@ def _gains_of(law: Structure | None, gains: LinearGains) -> dict[str, Any]:
 
 
 def _said(layout: Layout, gains: HierarchicalGains, known: dict[str, Any]) -> Floats:
-    """Return the command (POINTS, n) of gains on those signals that are inputs too."""
+    """Return the command (POINTS, n) of those gains ``known`` whose signals are inputs too."""
     points = _universe(len(layout.inputs))
     commands = np.zeros((len(points[0]), np.asarray(gains.consequents).shape[-1]))
     for name, u, scale in zip(layout.inputs, points, gains.scales, strict=True):

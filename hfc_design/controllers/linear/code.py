@@ -11,7 +11,7 @@ from hfc_design.core.numbers import Json
 
 
 def resonators(record: LinearDesign) -> list[Json]:
-    """Return each resonator's frequency, rotation in a sample and gains."""
+    """Return each resonator's frequency and gains, and cosine and sine of its angle per sample."""
     entries = []
     pairs = zip(record.resonators, record.form.rotations, strict=True)
     for one, (cosine, sine) in pairs:
@@ -20,7 +20,7 @@ def resonators(record: LinearDesign) -> list[Json]:
 
 
 def about(record: LinearDesign, units: dict[str, str]) -> Json:
-    """Return the gains of a law, and the units of the signals that it reads."""
+    """Return by key all gains but kp and kd, and the units of the signals besides the errors."""
     gains = record.law_gains()
     read = dict.fromkeys([*record.signals, *AHEAD])
     return {
@@ -34,18 +34,18 @@ def about(record: LinearDesign, units: dict[str, str]) -> Json:
 
 
 def shares(record: LinearDesign, parts: Parts) -> dict[str, float]:
-    """Return the parts of a command, by their names for people."""
+    """Return the parts of a command by the names that users see."""
     contributions = {"proportional": parts.proportional, "integral": parts.integral}
     contributions["derivative"] = parts.derivative
     contributions |= dict(zip(record.signals, parts.signals, strict=True))
     contributions |= {f"feed-forward of {name}": getattr(parts, name) for name in MULTIPLES}
-    pairs = zip(record.resonators, parts.resonators, strict=False)  # a scheduled law has no own
+    pairs = zip(record.resonators, parts.resonators, strict=False)  # none if scheduled
     contributions |= {f"resonator of {one.frequency_rad_s:g} rad/s": share for one, share in pairs}
     return {name: float(value) for name, value in contributions.items()}
 
 
 EXPLAIN = Explain(
     signals=lambda record: (record.reads(), []),
-    remember=lambda memory, readings: memory,  # nothing of it is a reading
+    remember=lambda memory, readings: memory,  # it holds no readings
     shown=lambda record, parts: {"units": [], "parts": shares(record, parts)},
 )

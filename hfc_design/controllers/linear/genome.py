@@ -1,7 +1,7 @@
-"""Genomes of the linear kinds: gains, or weights that optimal gains follow from.
+"""Genomes of the linear kinds: gains, or weights from which optimal gains follow.
 
-All are numbers between two ends, so that every strategy can search them. The ends come from the
-nominal drive, in its units; each feed-forward gain is a multiple of the nominal drive's need.
+Every searched number has a range, so that every strategy can search it. The ranges follow from the
+nominal drive. Feed-forward gains are searched as multiples of what the nominal drive needs.
 """
 
 from abc import abstractmethod
@@ -31,7 +31,7 @@ WIDTH = (0.001, 0.01, 0.1)
 
 
 class LinearGenome(GainsGenome):
-    """Common base of the linear genomes; ``GainVectors`` have the places of ``searched`` in order.
+    """Base of the linear genomes; ``GainVectors.places`` has the order of ``searched``.
 
     Raises:
         UserError: the drive of the first axis, which represents all, cannot be linearised.
@@ -57,26 +57,26 @@ class LinearGenome(GainsGenome):
                 raise UserError(f"controller.ranges.{name}: is not searched here")
             searched[name] = Searched(low, high, float(np.clip(searched[name].start, low, high)))
         self.searched: dict[str, Searched] = searched
-        self.ranges = tuple(searched)  # their names: as many as there are places
+        self.ranges = tuple(searched)  # names of the searched numbers
 
     def _prepare(self) -> None:
-        """Prepare further attributes of a subclass from the model."""
+        """Set further attributes that a subclass needs, from the model."""
 
     @abstractmethod
     def designed(self, bandwidths: Floats) -> dict[str, Floats]:
-        """Return the searched feedback numbers of good individuals with bandwidths (n,)."""
+        """Return searched feedback numbers (n,) of good individuals with bandwidths (n,) [1/s]."""
 
     @abstractmethod
     def _searched(
         self, low: dict[str, float], high: dict[str, float], start: dict[str, float]
     ) -> dict[str, Searched]:
-        """Return the searched feedback numbers with ranges, which follow from good individuals."""
+        """Return the range of each feedback number, from good individuals of three bandwidths."""
 
     @abstractmethod
     def _feedback(self, values: dict[str, Floats]) -> dict[str, Floats]:
-        """Return kp, ki, kd, filter_pole, gains on signals, and two per resonator, each (n,).
+        """Return kp, ki, kd, filter_pole, gains on signals and two of each resonator, each (n,).
 
-        The two gains have the name of the resonator, without and with ``BEHIND``.
+        Those of a resonator have its name, the second one with the suffix ``BEHIND``.
         """
 
     @property
@@ -85,12 +85,12 @@ class LinearGenome(GainsGenome):
         """Names of the signals that are fed back."""
 
     def empty(self) -> GainVectors:
-        """Return one individual, the start."""
+        """Return one individual, the start of the search."""
         places = [float(one.place(one.start)) for one in self.searched.values()]
         return GainVectors(np.zeros(1, int), np.array([places]))
 
     def fresh(self, tree: Integers, rng: np.random.Generator) -> GainVectors:
-        """Return the start, individuals around it and around other good ones, and some anywhere."""
+        """Return the start, individuals around it, around good ones, and anywhere in range."""
         count = len(tree)
         slow, fast = np.log(self.bandwidths)
         good = self.designed(np.exp(rng.uniform(slow, fast, count)))
@@ -153,26 +153,25 @@ class LinearGenome(GainsGenome):
 
 #: Cut-off of the filter, in shares of the sampling frequency: lowest, highest, start.
 CUT_OFF = (0.005, 1.0, 0.5)
-#: Slowest searched integral, in shares of that of the slowest loop.
+#: Smallest searched ki, in shares of that of the PID with the smallest bandwidth.
 SLOWEST = 1e-3
-#: Largest gains, in shares of those of the fastest PID.
+#: Largest searched kp, ki and kd, in multiples of those of the PID with the largest bandwidth.
 FASTER = 10.0
-#: Largest gain on a signal, in shares of that of the fastest regulator.
+#: Largest gain on a signal, in multiples of the larger one of the fastest and the first regulator.
 LARGEST = 3.0
-#: Gain of a resonator, in shares of kp x its frequency, its effect on slower errors: lowest,
-#: highest, start.
+#: Gain of a resonator, in shares of kp x the resonator's frequency: lowest, highest, start.
 RESONANT = (1e-3, 10.0, 0.3)
-#: Largest lead or lag of a resonator's command relative to the nominal loop's need [rad].
+#: Largest lead or lag of a resonator's command relative to the best one in the nominal loop [rad].
 ASIDE = 1.2
-#: Ratio of a signal's gain at the start to the gain up to which its range is divided linearly.
+#: Ratio of a signal's first gain to the gain up to which its range is divided about linearly.
 FINE = 10.0
 
 
 class PidGenome(LinearGenome):
     """Genome of a PID's gains, its filter's cut-off, and gains on the settings' signals.
 
-    Of a resonator it has the size of its gain, and its lead relative to the lead that makes an
-    error of its frequency fade fastest.
+    Of each resonator the size of the gain is searched, and the lead of the command relative to the
+    lead with which an error of the resonator's frequency fades fastest.
     """
 
     @property
@@ -181,7 +180,7 @@ class PidGenome(LinearGenome):
         return tuple(self.settings.signals)
 
     def designed(self, bandwidths: Floats) -> dict[str, Floats]:
-        """Return a PID; with signals, a regulator of all fed-back signals, and an integral."""
+        """Return gains of a PID; with signals, of a regulator that reads them, and ki of a PID."""
         kp, ki, kd = regulator.pid(self.model, bandwidths)
         if not self.signals:
             return {"kp": kp, "ki": ki, "kd": kd}
@@ -213,7 +212,7 @@ class PidGenome(LinearGenome):
         feedback = values | {"filter_pole": filter_pole}
         each = zip(self.settings.resonators, self.settings.load_frequencies_rad_s, strict=True)
         for name, frequency in each:
-            # Where the error is answer x its share, gain x answer < 0 makes both fade.
+            # The error is answer x the resonator's share; both fade where gain x answer < 0.
             z = np.exp(1j * frequency * self.every)
             answer = regulator.answer(self.model, feedback, self.signals, z, self.every)
             turn = -z * np.exp(1j * values[name + LEAD]) * np.abs(answer) / answer
@@ -222,7 +221,7 @@ class PidGenome(LinearGenome):
         return feedback
 
     def record(self, individual: GainVectors) -> Json:
-        """Return the record with the filter's cut-off."""
+        """Return the record with all gains and the cut-off of the filter."""
         cut_off = float(self.values(individual)["derivative_hz"][0])
         return super().record(individual) | {"derivative_hz": cut_off}
 

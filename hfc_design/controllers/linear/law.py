@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, TypeAlias
 from hfc_design.controllers.controller import AxisLaw, Signals, held
 from hfc_design.core.numbers import Scalar, Xp, clipped, total
 
-#: Signals that every linear law reads, before and after the signals that it feeds back.
+#: Signals that every linear law reads: first ``ERRORS``, then those fed back, then ``AHEAD``.
 ERRORS = ("error", "error_rate")
 AHEAD = ("reference_rate", "reference_acceleration")
 
@@ -16,13 +16,13 @@ AHEAD = ("reference_rate", "reference_acceleration")
 class Structure(NamedTuple):
     """Structure of the law, which no search varies: ``AxisLaw.structure``."""
 
-    signals: tuple[str, ...] = ()  # that have a gain
-    #: Rotation of each resonator in a sample: cosine and sine.
+    signals: tuple[str, ...] = ()  # names of the signals with a gain
+    #: Cosine and sine of the angle by which each resonator turns in a sample.
     rotations: tuple[tuple[float, float], ...] = ()
 
 
 class LinearGains(NamedTuple):
-    """Gains in units of command and drive: one individual, or a population in the trailing axis."""
+    """Gains, in the drive's units: of one individual, or of a population along the last axis."""
 
     kp: Scalar
     ki: Scalar = 0.0
@@ -33,27 +33,27 @@ class LinearGains(NamedTuple):
     velocity: Scalar = 0.0
     acceleration: Scalar = 0.0
     coulomb: Scalar = 0.0
-    width: Scalar = 1.0  # speed of the reference at which the Coulomb part is whole
-    load: Scalar = 0.0  # command for the load that is expected
+    width: Scalar = 1.0  # speed of the reference at which the Coulomb part is full
+    load: Scalar = 0.0  # command against the expected load
     #: Gains in phase and in quadrature of each resonator of ``Structure``, (resonators, 2, n) of a
     #: population.
     resonators: Any = ()
 
 
-#: State of a resonator in units of the command: its share, and the share a quarter turn later.
+#: State of a resonator: its share of the command, and that share a quarter of a period later.
 Turning: TypeAlias = tuple[Scalar, Scalar]
 
 
 class LinearMemory(NamedTuple):
-    """Memory of the controller; zero before the first sample."""
+    """Memory of the controller; all zero before the first sample."""
 
-    integral: Scalar  # of the error, in units of the command
+    integral: Scalar  # ki x integral of the error, in units of the command
     rate: Scalar  # filtered rate of the error
     resonators: tuple[Turning, ...] = ()
 
 
 class Steps(NamedTuple):
-    """Increments of the memory by the error of a sample."""
+    """Increments of integral and resonators by the error of a sample."""
 
     integral: Scalar
     resonators: tuple[Turning, ...]
@@ -92,10 +92,10 @@ def commanded(
 ) -> tuple[Scalar, Scalar, Parts]:
     """Return the command: PID, resonators, gains on signals, feed-forward of reference and load.
 
-    Integral and resonators are those of the samples before this one, so that the command does not
-    depend on whether they are held. The sign of the speed is a saturation, so that a reversal of
-    the reference is no jump of the command, which would strike the transmission (boundary layer;
-    Slotine and Li, Applied Nonlinear Control, 1991, section 7.2).
+    Integral and resonators are those of the previous samples, so that the command does not depend
+    on whether they are held. The Coulomb part follows a saturation of the reference's speed, not
+    its sign, with which the command would jump at a reversal and strike the transmission (boundary
+    layer; Slotine and Li, Applied Nonlinear Control, 1991, section 7.2).
 
     Returns:
         The command, the filtered rate of the error, the parts of the command.
@@ -119,7 +119,7 @@ def commanded(
 
 
 def driven(law: AxisLaw, gains: LinearGains, error: Scalar, factor: Scalar = 1.0) -> Steps:
-    """Return the increments of integral and resonators, by ``factor`` times the gains."""
+    """Return the increments of integral and resonators, with ``factor`` times their gains."""
 
     def step(gain: Scalar) -> Scalar:
         return factor * gain * law.sample_time * error
@@ -131,11 +131,11 @@ def driven(law: AxisLaw, gains: LinearGains, error: Scalar, factor: Scalar = 1.0
 def remembered(
     xp: Xp, law: AxisLaw, command: Scalar, memory: LinearMemory, rate: Scalar, *steps: Steps
 ) -> LinearMemory:
-    """Return the memory after a sample with the whole ``command``, before its limit.
+    """Return the memory after a sample with this ``command``, not yet limited, and these ``steps``.
 
-    The integral is held if the command is beyond its limit and the error would push it further
-    (conditional integration; Astrom and Hagglund, PID Controllers, 1995, section 3.5); a resonator
-    is not driven there, but oscillates freely.
+    If the command is beyond its limit and a step would push it further, the integral is held
+    (conditional integration; Astrom and Hagglund, PID Controllers, 1995, section 3.5), and a
+    resonator is not driven, but oscillates freely.
     """
     integral = total((memory.integral, *(step.integral for step in steps)))
     integral = held(xp, law.limit, command, memory.integral, integral)
@@ -157,9 +157,9 @@ def _turned(
 ) -> Turning:
     """Return a resonator one sample later: the internal model of a sine (Francis and Wonham, 1976).
 
-    ``r(k+1) = rotation r(k) + T error (in_phase, -quadrature)``; where the error is a sine of the
-    frequency its share grows by T/2 times the in_phase gain with it, by the quadrature gain a
-    quarter turn ahead of it.
+    ``r(k+1) = rotation r(k) + T error (in_phase, -quadrature)``. For an error sin(w t) of the
+    frequency w, the share of the command grows in every sample by T/2 in_phase sin(w t) and by
+    T/2 quadrature cos(w t), which is a quarter turn ahead.
     """
     share, behind = before
     along, across = (total(each) for each in zip(*steps, strict=True))

@@ -11,23 +11,23 @@ from hfc_design.core.numbers import Floats, Json
 
 #: Factor between the weights of a good individual and the ends of their ranges.
 WIDER = 100.0
-#: Weight of a signal in a good individual, in shares of its gain without a weight.
+#: Weight of a signal in a good individual, in shares of the gain that it gets without a weight.
 LIGHT = 0.03
-#: Weight of a resonator as a share of another weight: lowest, highest, start.
+#: Weight of a resonator as a share of another weight (see ``weights``): lowest, highest, start.
 RESONANT = (1e-3, 1e4, 1.0)
-#: States of ``plain`` that are not signals of the drive.
+#: States of ``LqGenome.plain`` that are not called signals.
 ERRORS = ("error", "error_rate")
 
 
 class LqGenome(LinearGenome):
-    """Genome of weights, in units of the command per unit of each state; the command's is 1."""
+    """Genome of weights [command/state]; the weight of the command is 1."""
 
     def _prepare(self) -> None:
         signals = self.settings.signals
         self.states = plain = regulator.measured(self.model, signals, self.drive.name)
         if self.settings.kind == "lqi":
             self.states = plain.with_integral(self.every)
-        #: States with a weight of their own; a resonator's weight is a share of another one.
+        #: States with a weight of their own; that of a resonator is a share of another weight.
         self.weighted = self.states.names
         angles = [x * self.every for x in self.settings.load_frequencies_rad_s]
         self.states = self.states.with_resonators(angles, self.every)
@@ -38,14 +38,14 @@ class LqGenome(LinearGenome):
 
     @property
     def signals(self) -> tuple[str, ...]:
-        """Names of the signals that are states of their own."""
+        """Names of the signals that are fed back: of all states of ``plain`` except ``ERRORS``."""
         return tuple(name for name in self.plain.names if name not in ERRORS)
 
     def designed(self, bandwidths: Floats) -> dict[str, Floats]:
-        """Return the weights of a PID on error and integral, and light ones on the rest.
+        """Return as weights the gains of a PID on error and integral, and small ones on the rest.
 
-        A state with a tolerance gets the weight of Bryson's rule instead: its tolerance costs as
-        much as the largest command.
+        A state with a tolerance gets the weight of Bryson's rule instead: a value as large as the
+        tolerance costs as much as the largest command.
         """
         kp, ki, kd = regulator.pid(self.model, bandwidths)
         gains = regulator.first_regulators(self.plain, kp, kd)
@@ -59,7 +59,7 @@ class LqGenome(LinearGenome):
         self, low: dict[str, float], high: dict[str, float], start: dict[str, float]
     ) -> dict[str, Searched]:
         kp, ki, kd = regulator.pid(self.model, np.array(self.bandwidths[:1]))
-        gains: dict[str, Any] = dict.fromkeys(self.states.names, ki)  # also of what is no drive's
+        gains: dict[str, Any] = dict.fromkeys(self.states.names, ki)  # for the integral too
         gains |= regulator.first_regulators(self.plain, kp, kd)
         self.scale = np.array([abs(gains[name][0]) for name in self.states.names])
         each = zip(start, low.values(), high.values(), start.values(), strict=True)
@@ -72,9 +72,9 @@ class LqGenome(LinearGenome):
     def weights(self, values: dict[str, Floats]) -> dict[str, Floats]:
         """Return the weight of every state that has one.
 
-        A resonator's weight is on its first state, as a share of the weight of the integral; if
-        there is no integral, of the error's weight times the frequency. Good loops have similar
-        shares on all resonators.
+        The weight of a resonator is on its first state. It is searched as a share of the weight of
+        the integral, or, without an integral, of the weight of the error times the frequency. Good
+        loops have similar shares on all resonators.
         """
         weights = {name: values[name] for name in self.weighted}
         each = zip(self.settings.resonators, self.settings.load_frequencies_rad_s, strict=True)
@@ -92,7 +92,7 @@ class LqGenome(LinearGenome):
         return {**named, "ki": gains.pop("integral", 0.0), **gains}
 
     def record(self, individual: GainVectors) -> Json:
-        """Return the record with the weights."""
+        """Return the record with gains and weights."""
         weight_arrays = self.weights(self.values(individual))
         weights = {name: float(weight[0]) for name, weight in weight_arrays.items()}
         return super().record(individual) | {"weights": weights}

@@ -32,11 +32,11 @@ HERE = "hfc_design.controllers.linear"
 
 #: Feed-forward gains, each searched as a multiple of the nominal drive's need.
 MULTIPLES = ("velocity", "acceleration", "coulomb", "load")
-#: Names of these multiples among the searched numbers.
+#: Names of the multiples among the searched numbers.
 FORWARD = tuple(f"{name}_multiple" for name in MULTIPLES)
 Pair = Annotated[tuple[Finite, Finite], ordered]
 Range = Annotated[tuple[Positive, Positive], ordered]
-#: Suffix of a resonator's name for the lead of its command among the searched numbers.
+#: Suffix that makes a resonator's name the name of its command's lead, a searched number.
 LEAD = "_lead"
 #: Largest number of frequencies with a resonator.
 MOST_FREQUENCIES = 8
@@ -46,7 +46,7 @@ APART = 1e-3
 
 
 def rising(frequencies: tuple[float, ...]) -> tuple[float, ...]:
-    """Validate that frequencies rise and are apart."""
+    """Return ``frequencies``; ValueError if they do not rise by at least 0.1 % each."""
     for low, high in pairwise(frequencies):
         if not low < (1.0 - APART) * high:
             raise ValueError("frequencies must rise, each by at least 0.1 %")
@@ -60,18 +60,18 @@ Frequencies = Annotated[
 
 
 class ResonatorRecord(Record):
-    """Resonator: rejects loads of its frequency, as an integral rejects a constant load.
+    """Resonator that rejects loads of one frequency, as an integral rejects a constant load.
 
-    Both gains are in units of the command per unit of the error and s.
+    The two gains are in units of the command per unit of the error and s.
     """
 
-    frequency_rad_s: Positive  # frequency at which its gain is unbounded [rad/s]
+    frequency_rad_s: Positive  # frequency of the loads that are rejected [rad/s]
     in_phase: Finite  # gain in phase with the error [command/(error s)]
-    quadrature: Finite  # gain 90 degrees ahead of it [command/(error s)]
+    quadrature: Finite  # gain 90 degrees ahead of the error [command/(error s)]
 
 
 def rising_resonators(resonators: tuple[ResonatorRecord, ...]) -> tuple[ResonatorRecord, ...]:
-    """Validate resonators by their frequencies."""
+    """Return ``resonators``; ValueError if their frequencies do not rise as ``rising`` requires."""
     rising(tuple(one.frequency_rad_s for one in resonators))
     return resonators
 
@@ -95,10 +95,10 @@ class FeedForwardRecord(Record):
     """Feed-forward commands for the motion of the reference and for a load."""
 
     velocity: Finite = 0.0  # gain on the velocity of the reference [command s/error]
-    acceleration: Finite = 0.0  # gain on its acceleration [command s2/error]
+    acceleration: Finite = 0.0  # gain on the reference's acceleration [command s2/error]
     #: command in the direction of the reference, against Coulomb friction [command]
     coulomb: Finite = 0.0
-    #: speed of the reference at which it is full [error/s]; left out: none
+    #: speed of the reference at which coulomb is full [error/s]; left out: no Coulomb part
     coulomb_width: Positive | None = None
     load: Finite = 0.0  # gain on the expected load [command/load]
     expected_load: Finite = 0.0  # expected load [load]
@@ -113,7 +113,7 @@ class FeedForwardRecord(Record):
 
 
 def with_own_signals(described: Any) -> Any:
-    """Reject gains on signals that have a key of their own."""
+    """Return ``described``; ValueError if ``signals`` has a signal whose gain has another key."""
     for name in (*ERRORS, *FOLLOWED):
         if name in described.signals:
             raise ValueError(f"signals.{name}: must be set as the gain of this name")
@@ -121,7 +121,7 @@ def with_own_signals(described: Any) -> Any:
 
 
 def resonator_name(k: int) -> str:
-    """Name of resonator ``k``, counted from 0, among searched numbers and weights."""
+    """Return the name of resonator ``k`` (from 0 on) among searched numbers and weights."""
     return f"resonator_{k + 1}"
 
 
@@ -129,8 +129,8 @@ class LinearDesign(ControllerRecord):
     """Common base of the linear kinds; every gain in units of the command."""
 
     kp: Finite  # gain on the error [command/error]
-    ki: Finite = 0.0  # gain on its integral [command/(error s)]
-    kd: Finite = 0.0  # gain on its rate [command s/error]
+    ki: Finite = 0.0  # gain on the integral of the error [command/(error s)]
+    kd: Finite = 0.0  # gain on the rate of the error [command s/error]
     #: cut-off frequency of the filter before kd [Hz]; 0 or left out: no filter
     derivative_hz: NotNegative | None = None
     signals: dict[Label, Finite] = {}  # gains on signals of the drive's sensors [command/signal]
@@ -153,7 +153,7 @@ class LinearDesign(ControllerRecord):
         return [*ERRORS, *self.signals, *AHEAD]
 
     def input_range(self, limit: float | None) -> dict[str, float]:
-        """Ranges of the signals: values that alone command the limit, or 1."""
+        """Return for each signal the value that alone commands the limit; 1 without a limit."""
         ahead = self.feed_forward
         gains = {"error": self.kp, "error_rate": self.kd, **self.signals}
         gains |= {"reference_rate": ahead.velocity, "reference_acceleration": ahead.acceleration}
@@ -175,7 +175,7 @@ class LinearDesign(ControllerRecord):
         return math.exp(-2.0 * math.pi * self.derivative_hz * self.sample_time_s)
 
     def law_gains(self) -> LinearGains:
-        """Return the gains of one individual."""
+        """Return the gains of the design, as those of one individual."""
         ahead = self.feed_forward
         return LinearGains(
             self.kp,
@@ -197,7 +197,7 @@ class LinearDesign(ControllerRecord):
 
     @staticmethod
     def of_gains(gains: dict[str, float]) -> Json:
-        """Return the record of gains; ``derivative_s`` [s] is the filter's time constant."""
+        """Return ``gains`` as keys of a record; a time constant ``derivative_s`` is converted."""
         if not gains.get("derivative_s"):
             return gains
         hz = 1.0 / (2.0 * math.pi * gains["derivative_s"])
@@ -244,7 +244,7 @@ class LqiDesign(WeightedDesign):
 
 
 class LinearSettings(ControllerSettings):
-    """Settings of a search for a linear controller: its start and what may vary."""
+    """Settings of a search for a linear controller: what it reads and which numbers may vary."""
 
     #: signals of the drive fed back in addition to error and error_rate; left out: all
     signals: tuple[Label, ...] | None = None
@@ -260,7 +260,7 @@ class LinearSettings(ControllerSettings):
 
     @property
     def staged(self) -> bool:
-        """True: one stage with all searched numbers."""
+        """True: a search has one stage, with all searched numbers."""
         return True
 
     def names(self, signals: list[str]) -> list[str]:
@@ -273,7 +273,7 @@ class LinearSettings(ControllerSettings):
         return tuple(map(resonator_name, range(len(self.load_frequencies_rad_s))))
 
     def fault(self, target: Target) -> str | None:
-        """Return a message on an unknown signal or range or too high a frequency, or None."""
+        """Return a message on unfit signals, an unknown range or too high a frequency, or None."""
         if fault := too_fast(self.load_frequencies_rad_s, target.sample_time):
             return f"controller.load_frequencies_rad_s: {fault}"
         for drive in target.machine.drives:
@@ -299,7 +299,7 @@ class PidSettings(LinearSettings):
     signals: tuple[Label, ...] = ()
 
     def names(self, signals: list[str]) -> list[str]:
-        """Return the names with those of the PID's own gains."""
+        """Return names of all searched numbers, with those of PID, filter and resonators' leads."""
         leads = (f"{name}{LEAD}" for name in self.resonators)
         return ["kp", "ki", "kd", "derivative_hz", *super().names(signals), *leads]
 
@@ -307,16 +307,16 @@ class PidSettings(LinearSettings):
 class WeightedSettings(LinearSettings):
     """Settings of an optimal regulator; without ``signals`` it reads all signals of the drive."""
 
-    #: value of each signal that weighs as much as the largest command (Bryson's rule), where the
-    #: search starts [signal]
+    #: value of each signal that costs as much as the largest command where the search starts
+    #: (Bryson's rule) [signal]
     tolerances: dict[Label, Positive] = {}
 
     def names(self, signals: list[str]) -> list[str]:
-        """Return the names with those of the weights."""
+        """Return names of all searched numbers, with the weights of error and error_rate."""
         return [*ERRORS, *super().names(signals)]
 
     def fault(self, target: Target) -> str | None:
-        """Return also a message on an unknown tolerance, or one without a largest command."""
+        """Return a message also on an unknown tolerance, or on one without a largest command."""
         if fault := super().fault(target):
             return fault
         drive = target.machine.drives[0]
@@ -345,5 +345,5 @@ class LqiSettings(WeightedSettings):
     kind: Literal["lqi"]
 
     def names(self, signals: list[str]) -> list[str]:
-        """Return the names with that of the integral."""
+        """Return names of all searched numbers, with the weight of the integral."""
         return ["integral", *super().names(signals)]

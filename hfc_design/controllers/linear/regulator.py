@@ -11,35 +11,35 @@ from hfc_design.core.numbers import Floats, Scalar
 from hfc_design.core.records import UserError
 from hfc_design.stability.nominal import Nominal
 
-#: Smallest and largest bandwidth tried, in shares of one over the sample time.
+#: Smallest and largest bandwidth that are tried, in units of 1 / sample time.
 BANDWIDTHS = (1e-3, 0.5)
-#: Speed of the integral of a first controller, as a share of its loop's.
+#: Ratio ki / kp of a first PID, as a share of its bandwidth.
 INTEGRAL = 0.1
-#: Factors on the loop gain at which the first controller must be stable.
+#: Factors on the loop gain with which a first PID must be stable.
 ROOM = (0.5, 1.0, 2.0)
 #: Doublings of the horizon; the slowest closed loop found settles within 2^DOUBLINGS samples.
 DOUBLINGS = 40
-#: Change [1] at which a Riccati equation is solved, and its largest residual.
+#: Relative change at which a Riccati equation counts as solved, and largest relative residual.
 SOLVED, RESIDUAL = 1e-14, 1e-6
-#: Independent share of a signal from which it counts as a state of its own.
+#: A signal is a state of its own if more than this share of it is independent of other states.
 OWN_SHARE = 1e-6
 #: Suffix of a resonator's name for its second state.
 BEHIND = "_behind"
-#: Weight of the error's rate in a first regulator, in shares of the gain kd of a PID.
+#: Weight of the error's rate in a first regulator, in shares of kd of a first PID.
 RATE = 0.1
 #: Smallest gain of a first regulator, in shares of its kp, because ranges need a size.
 SMALLEST = 1e-12
 
 
 class Measured(NamedTuple):
-    """Nominal drive in the signals of its sensors: ``y(k+1) = a y + b u``.
+    """Linear model of a drive whose states are signals: ``y(k+1) = a y + b u``, u the command.
 
-    States that are not measured (the bristles of friction) are taken as settled.
+    States of the drive that are not measured (bristles of friction) are assumed to be settled.
     """
 
     names: tuple[str, ...]  # of the states: error, error_rate, signals
-    a: Floats
-    b: Floats
+    a: Floats  # (states, states)
+    b: Floats  # (states,)
 
     def with_integral(self, sample_time: float) -> "Measured":
         """Return the model with the integral of the previous samples' error as first state."""
@@ -51,7 +51,7 @@ class Measured(NamedTuple):
     def with_resonators(self, angles: Sequence[float], sample_time: float) -> "Measured":
         """Return the model with added resonators of ``angles`` [rad a sample], driven by the error.
 
-        Each has two states, the first one ``resonator_1`` and the same with ``BEHIND``.
+        Each has two states; those of the first are ``resonator_1`` and ``resonator_1_behind``.
         """
         size, names = len(self.b), list(self.names)
         whole = size + 2 * len(angles)
@@ -67,10 +67,10 @@ class Measured(NamedTuple):
 
 
 def measured(model: Nominal, names: Sequence[str] | None, drive_name: str) -> Measured:
-    """Return the model in the signals ``names``, or in all independent signals.
+    """Return the model with the states error, error_rate and ``names``; None: all independent ones.
 
     Raises:
-        UserError: one of ``names`` follows from the others; ``drive_name`` is for the message.
+        UserError: one of ``names`` follows from other states; the message has ``drive_name``.
     """
     rows: list[Floats] = []
     independent: list[str] = []
@@ -102,11 +102,11 @@ def measured(model: Nominal, names: Sequence[str] | None, drive_name: str) -> Me
 
 
 def regulators(model: Measured, weights: Floats, scale: Floats | None = None) -> Floats:
-    """Return gains (n, states), ``u = k y``, that minimise sum u^2 + (w y)^2 for n rows of weights.
+    """Return gains k (n, states) of ``u = k y`` that minimise the sum of u^2 + (w y)^2.
 
-    A population of discrete Riccati equations is solved at once, by the structure-preserving
-    doubling algorithm (Chu, Fan, Lin and Wang, Int. J. Control 77, 2004); nan without a solution.
-    ``scale`` is the approximate size of the gains.
+    ``weights`` w are (n, states); ``scale`` (states,) is the approximate size of the gains. All n
+    discrete Riccati equations are solved at once, by the structure-preserving doubling algorithm
+    (Chu, Fan, Lin and Wang, Int. J. Control 77, 2004). Gains are nan if no solution is found.
     """
     size = len(model.b)
     unit = np.ones(size) if scale is None else scale
@@ -138,9 +138,9 @@ def _solved(matrices: Floats, right: Floats) -> Floats:
 
 
 def first_regulators(model: Measured, kp: Floats, kd: Floats) -> dict[str, Floats]:
-    """Return gains (n,) of regulators that weight the error and its rate as a PD, nothing else.
+    """Return gains (n,) by state of regulators that weight only the error and the error's rate.
 
-    No gain is 0, because ranges follow from them.
+    The weights are kp and a share of kd. No gain is 0, because search ranges follow from them.
 
     Raises:
         UserError: no regulator was found.
@@ -156,7 +156,7 @@ def first_regulators(model: Measured, kp: Floats, kd: Floats) -> dict[str, Float
 
 
 def ahead(model: Nominal, signals: dict[str, Floats]) -> dict[str, Floats]:
-    """Return the feed-forward of the nominal drive, less the part of gains on ``signals``."""
+    """Return feed-forward by name: what the drive needs, less what gains on ``signals`` give."""
     forward = {}
     for name in MULTIPLES:
         steady = getattr(model, name)
@@ -166,7 +166,7 @@ def ahead(model: Nominal, signals: dict[str, Floats]) -> dict[str, Floats]:
 
 
 def bandwidth(model: Nominal, sample_time: float) -> float:
-    """Return the largest bandwidth [1/s] of a PID that is stable at all factors of ``ROOM``."""
+    """Return the largest bandwidth [1/s] of a PID stable with ``ROOM``, else the smallest."""
     best = 0.0
     for speed in np.geomspace(*BANDWIDTHS, 55) / sample_time:
         gains = LinearGains(*map(float, pid(model, speed)))
@@ -178,9 +178,9 @@ def bandwidth(model: Nominal, sample_time: float) -> float:
 
 
 def pid(model: Nominal, speed: Scalar) -> tuple[Scalar, Scalar, Scalar]:
-    """Return kp, ki, kd for a bandwidth [1/s].
+    """Return kp, ki, kd for a bandwidth ``speed`` [1/s].
 
-    They make the nominal drive, taken as ``acceleration s^2 + velocity s``, critically damped.
+    With kp and kd, a drive ``mass s^2 + drag s`` has the poles -speed and -(speed + drag / mass).
     """
     mass, drag = abs(model.acceleration.command), abs(model.velocity.command)
     kp = mass * speed**2 + drag * speed
@@ -190,9 +190,9 @@ def pid(model: Nominal, speed: Scalar) -> tuple[Scalar, Scalar, Scalar]:
 def answer(
     model: Nominal, gains: dict[str, Floats], signals: Sequence[str], z: complex, sample_time: float
 ) -> Floats:
-    """Return the complex error (n,) caused by a command of 1 at ``z`` in the loop of a PID.
+    """Return the complex error (n,) that an added command of 1 at ``z`` causes in a PID's loop.
 
-    ``gains`` are kp, ki, kd, filter_pole and those on ``signals``, each (n,).
+    ``gains`` are kp, ki, kd, filter_pole and the gains on ``signals``, each (n,).
     """
     state = np.linalg.solve(z * np.eye(len(model.b)) - model.a, model.b)
     responses = {name: row @ state for name, row in model.outputs.items()}
@@ -204,7 +204,7 @@ def answer(
 
 
 def _closed(model: Nominal, gains: LinearGains, sample_time: float, room: float) -> Floats:
-    """Return the closed loop with states of drive, filtered rate and, if used, integral."""
+    """Return the matrix of a PID's closed loop: states of drive, filtered rate and any integral."""
     size, rows = len(model.b), model.outputs
     rate = np.append((1.0 - gains.filter_pole) * rows["error_rate"], [gains.filter_pole, 0.0])
     command = np.append(gains.kp * rows["error"], [0.0, 1.0]) + gains.kd * rate

@@ -10,7 +10,7 @@ CAPTION = "Gains of the kind {}: command = sum of gain \u00d7 signal."
 
 
 def sections(record: LinearDesign, shown: ReportContext) -> list[Section]:
-    """The section of the gains."""
+    """Return the section that lists the gains."""
     cells = [[name, f"{x:.6g}", unit] for name, x, unit in rows(record, shown.units)]
     gains = Table(CAPTION.format(record.kind), ["gain", "value", "unit"], cells)
     return [Section("The controller", "", gains, [])]
@@ -22,7 +22,7 @@ def rows(record: LinearDesign, units: dict[str, str]) -> list[tuple[str, float, 
     command, rate, ahead = units["command"], units["error_rate"], record.feed_forward
 
     def per(name: str) -> str:
-        """Return the unit of a gain on a signal."""
+        """Return the unit of a gain on the signal ``name``."""
         unit = units.get(name, "1")
         return f"{command}/({unit})" if "/" in unit or " " in unit else f"{command}/{unit}"
 

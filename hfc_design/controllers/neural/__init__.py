@@ -9,7 +9,7 @@ class NeuralGenome(GainsGenome):
     """Genome of the numbers besides the weights; every individual starts with the same weights."""
 
     def record(self, individual: GainVectors) -> Json:
-        """Return the record of the weights and the numbers."""
+        """Return a record of the initial weights and of the numbers of a population of one."""
         gains = self.gains(individual)._asdict()
         numbers = {name: float(value[0]) for name, value in gains.items()}
         weights = self.settings.weights().model_dump()

@@ -1,23 +1,23 @@
 """Neural control of an axis (Huang et al., section 3). Never imports JAX.
 
-A network of two layers commands the axis by the error and its change, and learns on line,
-sample by sample, by back-propagation with momentum (eq. 10-14). Hidden units are tanh, outputs
-linear; each has a threshold, which is a weight of 1. Written for one axis in scalars; ``xp`` as in
-``core.numbers``.
+A network of two layers computes the command from the error and its change. It learns on line,
+in every sample, by back-propagation with momentum (eq. 10-14). Hidden units are tanh, outputs are
+linear; each unit has a threshold, the weight on an input of 1. The law is written for one axis in
+scalars; ``xp`` as in ``core.numbers``.
 
 Interpretation of the paper where it leaves a choice:
 
-- Its two outputs are the commands of two axes, and its two inputs are those of the controller that
-  it learns from, the error and its change: each axis has a network of two inputs and one output.
-  One network from the errors of both axes to both commands has no damping, and on the simulated
-  table leaves more than twice the error at a reversal.
-- The right command is not known. As in the paper's self-organising controller the
-  error of an output is ``(1 - xi) e + xi ce``, both as the network reads them, with xi = 0.5.
-- Only the name of lambda = 0.001 is legible, next to a momentum alpha = 0.005 (eq. 12). It is read
-  as the slope of the hidden units, ``tanh(lambda net)``: the equation of tanh is the lost one, and
+- The network of the paper has two outputs, the commands of two axes, and two inputs, the error and
+  its change. Here each axis has a network of two inputs and one output. A single network from the
+  errors of both axes to both commands has no damping, and on the simulated table leaves more than
+  twice the error at a reversal.
+- The right command is not known. As in the paper's self-organising controller, the error of an
+  output is ``(1 - xi) e + xi ce``, with e and ce as the network reads them, and xi = 0.5.
+- Only the name of lambda = 0.001 is legible, next to a momentum alpha = 0.005 (eq. 12). It is taken
+  as the slope of the hidden units, ``tanh(lambda net)``: the equation of tanh is not legible, and
   with a slope of 1 the printed rate of 0.5 diverges off line.
 - Thresholds are weights on a constant 1, and move like other weights (eq. 13).
-- If a command is at its limit and its error asks for more, the network does not learn.
+- If a command is beyond its limit and learning would increase it further, nothing is learned.
 """
 
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ from typing import NamedTuple, TypeAlias
 from hfc_design.controllers.controller import AxisLaw, Signals, stood
 from hfc_design.core.numbers import Scalar, Xp, total
 
-#: Weights of a layer, a row for each unit: on its inputs, then the threshold.
+#: Weights of a layer, a row for each unit: the weights on its inputs, then the threshold.
 Layer: TypeAlias = Sequence[Sequence[Scalar]]
 
 
@@ -39,10 +39,10 @@ class Weights(NamedTuple):
 
 
 class Passed(NamedTuple):
-    """Inputs of a network and their activations."""
+    """Inputs of a network, and the activations that follow from them."""
 
     inputs: Sequence[Scalar]
-    hidden: Sequence[Scalar]  # of each hidden unit, -1 to 1
+    hidden: Sequence[Scalar]  # activation of each hidden unit, -1 to 1
     outputs: Sequence[Scalar]
 
 
@@ -71,7 +71,7 @@ def changes(
 ) -> Weights:
     """Steps of the weights (eq. 12 to 14): descent on the squares of the output ``errors``.
 
-    ``before`` are the previous steps.
+    ``errors`` has an error for each output; ``before`` are the previous steps.
     """
     deltas = [xp.once(rate * error) for error in errors]
 
@@ -82,11 +82,11 @@ def changes(
     back = xp.stored(xp.along(behind, range(len(activations.hidden)), activations.hidden))
 
     def moved(deltas: Sequence[Scalar], values: Sequence[Scalar], layer: Layer) -> Layer:
-        values, last = xp.table(values), len(values)  # then the threshold, a weight of 1
+        values, last = xp.table(values), len(values)  # index ``last``: the threshold
 
         def row(delta: Scalar, before: Sequence[Scalar]) -> Sequence[Scalar]:
             def step(k: Scalar, before: Scalar) -> Scalar:
-                # Not where(): there is no value of the threshold.
+                # Not where(), which would read values[last]; the input of the threshold is 1.
                 return xp.when(k < last, lambda: delta * values[k], delta) + momentum * before
 
             return xp.along(step, range(last + 1), before)
@@ -103,23 +103,23 @@ def added(xp: Xp, weights: Weights, steps: Weights) -> Weights:
 
 
 class NeuralGains(NamedTuple):
-    """Searched numbers: one individual, or a population in the trailing axis."""
+    """Searched numbers of one individual; in a population, arrays over the individuals."""
 
-    error_unit: Scalar  # error of an input of 1 [error]
-    change_unit: Scalar  # change in a sample of an input of 1 [error]
+    error_unit: Scalar  # error that the network reads as 1 [error]
+    change_unit: Scalar  # change of the error in a sample that the network reads as 1 [error]
     command_unit: Scalar  # command of an output of 1 [command]
     rate: Scalar  # learning rate on line, eta [1]
-    momentum: Scalar  # alpha, share of the previous step [1]
-    slope: Scalar  # of the hidden units, lambda [1]
-    xi: Scalar  # weight of the change in the error of the output [1]
+    momentum: Scalar  # alpha, share of the previous step that is added [1]
+    slope: Scalar  # lambda of the hidden units, tanh(lambda net) [1]
+    xi: Scalar  # weight of the error's change in the error of the output; the error has 1 - xi [1]
 
 
 class NeuralMemory(NamedTuple):
     """Memory of the controller."""
 
-    error: Scalar  # e(k-1)
+    error: Scalar  # error of the previous sample
     weights: Weights
-    moved: Weights  # by what in the sample before
+    moved: Weights  # steps of the weights in the previous sample
 
 
 def neural(start: Weights, sample_time: float, limit: float | None = None) -> AxisLaw:
@@ -137,7 +137,7 @@ def initial_memory(law: AxisLaw, zero: Scalar) -> NeuralMemory:
 def sample(
     xp: Xp, law: AxisLaw, gains: NeuralGains, memory: NeuralMemory, signals: Signals
 ) -> tuple[Scalar, NeuralMemory, None]:
-    """Return the network's command, and the memory after learning from the error."""
+    """Return the command of the network, the memory after learning from the error, and None."""
     error = signals["error"]
     e = xp.once(xp.ratio(error, gains.error_unit))
     ce = xp.once(xp.ratio(error - memory.error, gains.change_unit))
@@ -152,6 +152,6 @@ def sample(
         )
     rates = gains.rate, gains.momentum, gains.slope
     moved = changes(xp, memory.weights, memory.moved, activations, (training_error,), *rates)
-    # Not finite where a weight would not be any more.
+    # Makes the command infinite or nan if a new weight is not finite (``AxisLaw.tells``).
     command = command + 0.0 * (training_error * training_error * (e * e + ce * ce))
     return command, NeuralMemory(error, added(xp, memory.weights, moved), moved), None

@@ -33,9 +33,9 @@ from hfc_design.core.records import Finite, Positive, Record, UserError, checked
 HERE = "hfc_design.controllers.neural"
 
 INPUTS = 2  # error and its change
-#: Largest number of hidden units: the loop is unrolled, and more take minutes to compile.
+#: Largest number of hidden units: their loop is unrolled, so that more take minutes to compile.
 MOST = 100
-#: Largest learning rate: a rate such as 1e12 is a typing error and would erase what was learned.
+#: Largest learning rate: a rate such as 1e12 is a typing error and would spoil all weights.
 FASTEST = 1e6
 Hidden = Annotated[tuple[Finite, ...], Field(min_length=INPUTS + 1, max_length=INPUTS + 1)]
 Rate = Annotated[float, Field(ge=0, le=FASTEST, allow_inf_nan=False)]
@@ -44,9 +44,9 @@ Rate = Annotated[float, Field(ge=0, le=FASTEST, allow_inf_nan=False)]
 class WeightsRecord(Record):
     """Weights of both layers; the threshold of a unit follows the weights on its inputs."""
 
-    #: weights of each hidden unit: on error, on its change, threshold [1]
+    #: weights of each hidden unit: on the error, on its change, the threshold [1]
     hidden: Annotated[tuple[Hidden, ...], Field(min_length=1, max_length=MOST)]
-    output: tuple[Finite, ...]  # weights on each hidden unit, threshold [1]
+    output: tuple[Finite, ...]  # weights on the hidden units, then the threshold [1]
 
     @model_validator(mode="after")
     def _fit(self) -> "WeightsRecord":
@@ -70,16 +70,16 @@ class NeuralDesign(ControllerRecord):
     sections = later(f"{HERE}.section", "sections")
     weights: WeightsRecord  # initial weights of the network
     error_unit: Positive  # error that the network reads as 1 [error]
-    change_unit: Positive  # change of the error in a sample that it reads as 1 [error]
+    change_unit: Positive  # change of the error in a sample that the network reads as 1 [error]
     command_unit: Positive  # command of an output of 1 [command]
     rate: Rate = 1e-4  # learning rate on line, eta [1]; 0: no learning
     momentum: Annotated[float, Field(ge=0, lt=1)] = 0.005  # alpha, share of the previous step [1]
     slope: Positive = 1e-3  # lambda of the hidden units, tanh(lambda net) [1]
-    #: weight of the change in the error of the output [1]
+    #: weight of the error's change in the error of the output; the error itself has 1 - xi [1]
     xi: Annotated[float, Field(ge=0, le=1)] = 0.5
 
     def law_gains(self) -> NeuralGains:
-        """Return the numbers besides the weights."""
+        """Return the numbers of this design besides the weights."""
         return NeuralGains(*(getattr(self, name) for name in NeuralGains._fields))
 
     def law(self, limit: float | None) -> AxisLaw:
@@ -87,15 +87,15 @@ class NeuralDesign(ControllerRecord):
         return neural(self.network(), self.sample_time_s, limit)
 
     def reads(self) -> list[str]:
-        """Signals that the controller reads; it forms the change of the error itself."""
+        """Return the signals that the controller reads; it computes the change of the error."""
         return ["error"]
 
     def connecting(self) -> list[str]:
-        """Return a note on signals formed inside the controller."""
+        """Return a note that the controller computes the change of the error itself."""
         return [CHANGES]
 
     def input_range(self, limit: float | None) -> dict[str, float]:
-        """Ranges at which the initial network, with weights of one sign, commands the limit."""
+        """Return inputs that command ``limit`` if weights have one sign and no unit saturates."""
         hidden = list(zip(self.weights.hidden, self.weights.output, strict=False))
         first = self.command_unit * self.slope
         error, change = (first * sum(abs(row[k] * out) for row, out in hidden) for k in (0, 1))
@@ -103,11 +103,11 @@ class NeuralDesign(ControllerRecord):
         return input_ranges(gains, limit)
 
     def network(self) -> Weights:
-        """Return the initial weights."""
+        """Return the initial weights as the law reads them."""
         return Weights(self.weights.hidden, (self.weights.output,))
 
     def adapted(self, memory: NeuralMemory) -> "NeuralDesign | None":
-        """Return the design with the learned weights; None if it does not learn."""
+        """Return the design with the learned weights; None if its learning rate is 0."""
         return self.with_weights(memory.weights) if self.rate else None
 
     def with_weights(self, weights: Weights) -> "NeuralDesign":
@@ -137,7 +137,7 @@ RANGES = NeuralGains(
 
 
 class NeuralSettings(GainsSettings):
-    """Settings of a search: ranges of the numbers besides the weights, and the initial network."""
+    """Settings of a search: ranges of the numbers besides the weights, and the initial weights."""
 
     own_ranges = RANGES
     own_plants = FEEDS
@@ -164,38 +164,38 @@ class NeuralSettings(GainsSettings):
         return self.start.weights if self.start is not None else drawn(self.hidden, self.seed)
 
 
-#: Default units of changes and commands, which suit the numbers of the paper: changes are counted
-#: in twice the root mean square of the errors, commands in a tenth of that of the commands.
+#: Default units, which suit the numbers of the paper: that of changes as a multiple of the root
+#: mean square of the errors, that of commands as a multiple of that of the commands.
 CHANGE, COMMAND = 2.0, 0.1
 
 
 class Lesson(NamedTuple):
     """Settings of the training of a network."""
 
-    hidden: int = 25  # units of a network that knows nothing
-    seed: int = 0  # of its weights
-    rate: float = 0.5  # eta off line
-    passes: int = 1  # through all samples
+    hidden: int = 25  # number of hidden units of an untrained network
+    seed: int = 0  # random seed of the weights of an untrained network
+    rate: float = 0.5  # learning rate off line, eta
+    passes: int = 1  # passes through all samples
 
 
 class Trained(NamedTuple):
-    """Trained network and its distance from the training commands."""
+    """Trained network and its root mean square errors in the unit of the command."""
 
     design: NeuralDesign
-    before: float  # root mean square of its command less what is taught [unit of the command]
-    after: float
-    taught: float  # root mean square of what is taught
+    before: float  # of the network's command less the training command, before the training
+    after: float  # the same after the training
+    taught: float  # root mean square of the training commands themselves
 
 
 def begun(
     start: ControllerRecord | None, numbers: Json, lesson: Lesson, errors: Floats, commands: Floats
 ) -> NeuralDesign:
-    """Return the network before its training (``lesson``): that of ``start``, or an untrained one.
+    """Return the network before its training: ``start``, or an untrained one by ``lesson``.
 
-    ``numbers`` are keys of a ``NeuralDesign``.
+    ``numbers`` are values for keys of the ``NeuralDesign``.
 
     Raises:
-        UserError: start is of another kind, or a number is not allowed.
+        UserError: ``start`` is of another kind, or a number is not allowed.
     """
     if start is not None and not isinstance(start, NeuralDesign):
         raise UserError(f"{option('start')}: must be of kind neural (got {start.kind})")
@@ -209,20 +209,20 @@ def begun(
         data = start.model_dump()
     else:
         usual = (np.sqrt(np.mean(values * values)) for values in (errors, commands))
-        error, command = (float(f"{size:.2g}") or 1.0 for size in usual)  # 1 of what is always 0
+        error, command = (float(f"{size:.2g}") or 1.0 for size in usual)  # 1 if all values are 0
         data = {"weights": drawn(lesson.hidden, lesson.seed).model_dump(), "error_unit": error}
         data |= {"change_unit": CHANGE * error, "command_unit": COMMAND * command}
     return checked(NeuralDesign, data | numbers, option("network"), Path())
 
 
 def trained(start: NeuralDesign, errors: Floats, commands: Floats, lesson: Lesson) -> Trained:
-    """Train the network ``start`` by a ``lesson``: every sample moves the weights, axes in turn.
+    """Train the network ``start``: every sample of every axis in turn moves the weights.
 
     Args:
-        start: the network, its units, its slope and its momentum.
-        errors: (samples, axes) read by the controller that the network learns from.
-        commands: (samples, axes) given by that controller.
-        lesson: its rate and its passes.
+        start: the network, with its units, its slope and its momentum.
+        errors: (samples, axes) errors that the controller read from which the network learns.
+        commands: (samples, axes) commands of that controller.
+        lesson: learning rate and number of passes; the rest of it is not used.
 
     Raises:
         UserError: the network diverges.
@@ -249,7 +249,7 @@ def trained(start: NeuralDesign, errors: Floats, commands: Floats, lesson: Lesso
 
 
 def inputs_of(design: NeuralDesign, errors: Floats) -> Floats:
-    """Return the inputs (samples, ..., 2) of the network from errors (samples, ...)."""
+    """Return the network's inputs (samples, ..., 2) for ``errors`` (samples, ...)."""
     change = np.diff(errors, axis=0, prepend=0.0 * errors[:1])
     return np.stack([errors / design.error_unit, change / design.change_unit], axis=-1)
 

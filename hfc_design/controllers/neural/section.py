@@ -1,4 +1,4 @@
-"""Report section of a neural controller: its numbers, its map, and on-line learning."""
+"""Report section of a neural controller: its numbers, and its command as designed and learned."""
 
 from functools import partial
 
@@ -21,12 +21,12 @@ ABOUT = (
     "A network reads the error of its axis and the change of that since the last sample, and gives "
     "the command. On line it learns from every sample by back-propagation."
 )
-#: Points of a picture along each side; range of the inputs if no motion gives one.
+#: Points of a picture along each side; end of the inputs' range if no motion gives one.
 POINTS, REACH = 61, 10.0
 
 
 def sections(record: NeuralDesign, shown: ReportContext) -> list[Section]:
-    """Return numbers and commands of the network, and each axis' commands after the motion."""
+    """Return a section: numbers of the network, its command as designed and after the motion."""
     position, volts = shown.units["error"], shown.units["command"]
     rows = [
         ["hidden units", f"{len(record.weights.hidden)}", ""],
@@ -48,10 +48,12 @@ def sections(record: NeuralDesign, shown: ReportContext) -> list[Section]:
 
 
 def at_the_end(record: NeuralDesign, shown: ReportContext) -> dict[str, NeuralDesign]:
-    """Return each axis' network after the motion, stepped over the measured signals."""
+    """Return {axis: the network that has learned in the motion}; {} if none can learn."""
     designs = {}
-    law, gains = neural(record.network(), record.sample_time_s), record.law_gains()
-    for axis, signals in (shown.signals or {}).items():
+    each, gains = shown.signals or {}, record.law_gains()
+    limits = shown.largest or (None,) * len(each)
+    for (axis, signals), limit in zip(each.items(), limits, strict=True):
+        law = neural(record.network(), record.sample_time_s, limit)
         memory = law.initial_memory(0.0)
         for error in signals["error"].tolist():
             _, memory = law.step(SCALARS, gains, memory, {"error": error})
@@ -61,7 +63,7 @@ def at_the_end(record: NeuralDesign, shown: ReportContext) -> dict[str, NeuralDe
 
 
 def pictures(record: NeuralDesign, drive: Drive) -> dict[str, dict[str, Drawn]]:
-    """Return pictures for ``hfc plot``: the commands of the design's network."""
+    """Return pictures for ``hfc plot``: the command over the inputs, without later learning."""
     inputs = np.linspace(-REACH, REACH, units.POINTS)
     values = command(record, np.stack(np.meshgrid(inputs, inputs), axis=-1))
     sizes = {"error": record.error_unit, "change of the error in a sample": record.change_unit}
@@ -78,7 +80,7 @@ def pictures(record: NeuralDesign, drive: Drive) -> dict[str, dict[str, Drawn]]:
 
 
 def _ranges(record: NeuralDesign, shown: ReportContext) -> Floats:
-    """Return the largest inputs (2,)."""
+    """Return the largest input of each kind (2,) in the motion, or ``REACH`` if not known."""
     if not shown.signals:
         return np.array([REACH, REACH])
     errors = np.stack([signals["error"] for signals in shown.signals.values()], axis=1)

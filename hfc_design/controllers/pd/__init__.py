@@ -1,7 +1,4 @@
-"""Proportional-derivative controller, the reference that every fuzzy one is compared with.
-
-Law and gains; never imports JAX.
-"""
+"""Law and gains of the PD controller with which fuzzy ones are compared. Never imports JAX."""
 
 from typing import NamedTuple
 
@@ -15,7 +12,7 @@ class PdGains(NamedTuple):
     """Gains of LL eq. 6."""
 
     kp: Scalar  # gain on the error [command/error]
-    kd: Scalar  # gain on its rate [command s/error]
+    kd: Scalar  # gain on the rate of the error [command s/error]
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> tuple[()]:
@@ -26,11 +23,14 @@ def initial_memory(law: AxisLaw, zero: Scalar) -> tuple[()]:
 def sample(
     xp: Xp, law: AxisLaw, gains: PdGains, memory: tuple[()], signals: Signals
 ) -> tuple[Scalar, tuple[()], None]:
-    """Command ``kp e + kd de/dt`` [V] (LL eq. 6), the memory, and no parts."""
+    """Command ``kp e + kd de/dt`` (LL eq. 6).
+
+    It is returned [V] together with the empty memory and None for its parts.
+    """
     return gains.kp * signals["error"] + gains.kd * signals["error_rate"], memory, None
 
 
-#: Ranges on the C-axis, the same as those of the hierarchy.
+#: Search ranges for the C-axis, the same as those of the PD of a hierarchy.
 RANGES = PdGains(kp=(100.0, 10_000.0), kd=(30.0, 3_000.0))
 KIND = kind_of_gains(
     "pd",

@@ -1,6 +1,6 @@
 """Separate controllers of any kinds for the axes of a machine, each with its own gains.
 
-Record, settings and genome; never imports JAX.
+This file has the record, the settings and the genome. Never imports JAX.
 """
 
 from typing import Annotated, Any, Literal, Self
@@ -23,14 +23,14 @@ from hfc_design.core.numbers import Gains, Json, Memory, Plain
 from hfc_design.core.plugins import chosen
 from hfc_design.core.records import Label, UserError
 
-#: Message on why there are no rule tables.
+#: ``no_rules`` of kinds with inner controllers.
 INSIDE = "it has rule tables only in its axis controllers; export it as c, st, js, m or fmu"
 OwnRecord = Annotated[SerializeAsAny[ControllerRecord], chosen(kinds, "record")]
 OwnSettings = Annotated[SerializeAsAny[ControllerSettings], chosen(kinds, "settings")]
 
 
 def sampled_alike(key: str, part: ControllerRecord, sample_time: float) -> None:
-    """Raise ValueError if an inner controller runs at another sample time."""
+    """Check that the inner controller under ``key`` has this sample time; else ValueError."""
     if part.sample_time_s != sample_time:
         setting = f"{key}.sample_time_s = {part.sample_time_s}"
         raise ValueError(
@@ -51,7 +51,7 @@ class PerAxisDesign(ControllerRecord):
 
     @classmethod
     def renewed(cls, data: Json, keys: list[str]) -> None:
-        """Update the data of each axis by the rules of its own kind."""
+        """Apply ``renewed`` of the kind of each axis to the data of that axis."""
         axes = data.get("axes")
         for axis, axis_data in axes.items() if isinstance(axes, dict) else ():
             start = f"axes.{axis}."
@@ -69,7 +69,7 @@ class PerAxisDesign(ControllerRecord):
     @model_validator(mode="before")
     @classmethod
     def _sampled_alike(cls, data: Plain) -> Plain:
-        """Give the common sample time to axes without one."""
+        """Return the data with the common sample time in each axis that has none."""
         if not isinstance(data, dict) or not isinstance(data.get("axes"), dict):
             return data
         every = {key: data[key] for key in ("sample_time_s",) if key in data}
@@ -97,7 +97,7 @@ class PerAxisDesign(ControllerRecord):
         """Return the controller on axes with these limits.
 
         Raises:
-            UserError: the machine has other axes.
+            UserError: the machine has other axes, or another order of them.
         """
         if tuple(self.axes) != tuple(limits):
             raise UserError(
@@ -107,7 +107,7 @@ class PerAxisDesign(ControllerRecord):
         return PerAxis("per-axis", tuple(laws), own_gains=True)
 
     def learnt(self, axes: tuple[str, ...], memory: tuple[Memory, ...]) -> Self | None:
-        """Return the design with the adapted controllers of learning axes; None if none learns."""
+        """Return the design with what its axes learned in ``memory``; None if no axis learns."""
         learned = {}
         for (axis, design), remembered in zip(self.axes.items(), memory, strict=True):
             if design.adapted and (after := design.adapted(remembered)):
@@ -115,7 +115,7 @@ class PerAxisDesign(ControllerRecord):
         return self.model_copy(update={"axes": self.axes | learned}) if learned else None
 
     def sections(self, shown: ReportContext) -> list[Any]:
-        """Return the sections of each axis, with its name before their titles."""
+        """Return the sections of all axes; titles begin with the name of the axis."""
         sections = []
         for axis, design in self.axes.items():
             axis_sections = design.sections(shown.of(axis))
@@ -125,7 +125,7 @@ class PerAxisDesign(ControllerRecord):
         return sections
 
     def structure(self) -> str:
-        """Return each axis' structure, or its kind if that has one only; "" if all have one."""
+        """Return each axis' structure, or its kind if it has only one; "" if all kinds have one."""
         structures = {axis: design.structure() for axis, design in self.axes.items()}
         each = (f"{axis}: {structures[axis] or design.kind}" for axis, design in self.axes.items())
         return ", ".join(each) if any(structures.values()) else ""
@@ -134,9 +134,9 @@ class PerAxisDesign(ControllerRecord):
 def learnt(
     record: ControllerRecord, axes: tuple[str, ...], memory: Memory
 ) -> ControllerRecord | None:
-    """Return a controller as learned in ``memory``, on a machine with ``axes``; None if it cannot.
+    """Return a controller with what it learned in ``memory``; None if it cannot learn.
 
-    If axes with the same controller have learned differently, each gets its own.
+    If ``axes`` with one common controller have learned different things, it is ``per-axis``.
     """
     if record.learnt is not None:
         learned: ControllerRecord | None = record.learnt(axes, memory)
@@ -149,16 +149,16 @@ def learnt(
 
 
 class OuterDesign(ControllerRecord):
-    """Base of designs that wrap ``inner``: one for every axis, ``per-axis``, or of a machine."""
+    """Base of designs of a machine that contain an inner controller and add to its commands."""
 
     no_rules = INSIDE
-    #: the wrapped controller: one for every axis, or per-axis, or any of a whole machine
+    #: the inner controller: one that is used on every axis, per-axis, or one of a whole machine
     inner: OwnRecord
 
     @model_validator(mode="before")
     @classmethod
     def _sampled_alike(cls, data: Plain) -> Plain:
-        """Give the common sample time to an inner controller without one."""
+        """Return the data with the common sample time in an inner controller that has none."""
         if not isinstance(data, dict) or not isinstance(data.get("inner"), dict):
             return data
         every = {key: data[key] for key in ("sample_time_s",) if key in data}
@@ -170,7 +170,7 @@ class OuterDesign(ControllerRecord):
         return self
 
     def inside(self, axes: tuple[str, ...]) -> dict[str, ControllerRecord]:
-        """Return the inner controller of each axis by its name, or that of all axes by ""."""
+        """Return {axis: its inner controller}, or {"": the inner controller of all axes}."""
         if self.inner.axis_records is not None:
             return dict(self.inner.axis_records())
         return dict.fromkeys(axes if self.inner.law else ("",), self.inner)
@@ -180,12 +180,12 @@ class OuterDesign(ControllerRecord):
         return self.inner.structure()
 
     def learnt(self, axes: tuple[str, ...], memory: Memory) -> Self | None:
-        """Return the design with the inner controller as learned; None if it cannot learn."""
+        """Return the design with what the inner controller learned; None if it cannot learn."""
         inner = learnt(self.inner, axes, memory)
         return self.model_copy(update={"inner": inner}) if inner else None
 
     def inner_reads(self) -> list[str]:
-        """Return the signals that inner controllers read of any axis; empty if unknown."""
+        """Return the signals that the inner controllers read, of any axis; [] if not known."""
         axes = self.inner.axis_records
         signals: dict[str, None] = {}
         for record in axes().values() if axes else [self.inner]:
@@ -196,7 +196,7 @@ class OuterDesign(ControllerRecord):
 
 
 class PerAxisSettings(ControllerSettings):
-    """Settings of a search on every axis."""
+    """Settings of a search for a controller of each axis."""
 
     kind: Literal["per-axis"]
     #: controller to search for on each axis, by its name
@@ -204,7 +204,7 @@ class PerAxisSettings(ControllerSettings):
 
     @property
     def staged(self) -> bool:
-        """True if the searches of all axes have stages."""
+        """True if strategies that move a distribution can search the controllers of all axes."""
         return all(settings.staged for settings in self.axes.values())
 
     def fault(self, target: Target) -> str | None:
@@ -230,13 +230,13 @@ class PerAxisGenome(ProductGenome):
         super().__init__(settings, target, axes, "axes")
 
     def notation(self, structure: int) -> str:
-        """Return the structure of each axis."""
+        """Return the notation of the structure of each axis, as one text."""
         trees = map(int, np.unravel_index(structure, self.counts))
         each = zip(self.settings.axes, self.each("notation", trees), strict=True)
         return ", ".join(f"{axis}: {notation}" for axis, notation in each)
 
     def record(self, individual: ProductPopulation) -> Json:
-        """Return the record of each axis."""
+        """Return the record of a population of one, with the record of each axis."""
         each = zip(self.settings.axes, self.each("record", individual.parts), strict=True)
         return {"kind": "per-axis", "axes": dict(each)}
 

@@ -1,6 +1,6 @@
 """Proportional-integral-derivative controller of a feed drive.
 
-Law and gains; never imports JAX.
+This file has the law and the gains. Never imports JAX.
 """
 
 from typing import NamedTuple
@@ -15,22 +15,22 @@ from hfc_design.core.numbers import Own, Scalar, Xp
 class PidRecord(ControllerRecord):
     """Fields of a design besides its gains."""
 
-    dead_zone: kind.DeadZone = 0.0  # errors up to this count as 0 [BLU]
+    dead_zone: kind.DeadZone = 0.0  # errors up to this size count as 0 [BLU]
 
 
 class PidGains(NamedTuple):
-    """Gains on an error in BLU: one individual, or a population in the trailing axis."""
+    """Gains of one individual on an error in BLU; in a population, arrays over the individuals."""
 
     k_p: Scalar  # gain on the error [units/BLU]
-    k_i: Scalar  # gain on its integral [units/(BLU s)]
-    k_d: Scalar  # gain on its rate [units s/BLU]
+    k_i: Scalar  # gain on the integral of the error [units/(BLU s)]
+    k_d: Scalar  # gain on the rate of the error [units s/BLU]
 
 
 class PidMemory(NamedTuple):
     """Memory of the controller; zero before the first sample."""
 
-    error: Scalar  # e(k-1) [BLU]
-    sum: Scalar  # of all errors so far [BLU]
+    error: Scalar  # error of the previous sample [BLU]
+    sum: Scalar  # sum of all errors so far [BLU]
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> PidMemory:
@@ -39,16 +39,16 @@ def initial_memory(law: AxisLaw, zero: Scalar) -> PidMemory:
 
 
 def primed(xp: Xp, law: AxisLaw, gains: PidGains, memory: PidMemory, signals: Signals) -> PidMemory:
-    """Return the memory with this sample's error as the previous one, so that its rate is 0."""
+    """Return the memory with the present error as the previous one, so that its rate is 0."""
     return memory._replace(error=outside(xp, law.structure, signals["error"]))
 
 
 def sample(
     xp: Xp, law: AxisLaw, gains: PidGains, memory: PidMemory, signals: Signals
 ) -> tuple[Scalar, PidMemory, None]:
-    """Return ``u = K_P e + K_I T sum(e) + K_D (e(k) - e(k-1)) / T`` [units] of ``error`` [BLU].
+    """Return ``u = K_P e + K_I T sum(e) + K_D (e(k) - e(k-1)) / T`` [units], new memory, and None.
 
-    An error within the dead zone counts as 0.
+    e is the error [BLU]; within the dead zone it counts as 0.
     """
     error, every = outside(xp, law.structure, signals["error"]), law.sample_time
     whole = memory.sum + error
@@ -65,7 +65,7 @@ def _ranges(record: Own, limit: float | None) -> dict[str, float]:
     return kind.input_ranges({"error": k_p, "error_change": k_d / record.sample_time_s}, limit)
 
 
-#: Ranges on a feed drive.
+#: Search ranges for a feed drive.
 RANGES = PidGains(k_p=(0.1, 20.0), k_i=(0.0, 50.0), k_d=(0.0, 1.0))
 KIND = kind_of_gains(
     "pid",

@@ -9,7 +9,7 @@ from hfc_design.core.numbers import Json
 
 
 def _shown(record: SocDesign, parts: Parts) -> Json:
-    """Return the parts of a sample's command as plain data."""
+    """Return the rules that fire in a sample, and the command that they give, as JSON."""
     column = side("error_change", parts.change, LABELS, spread(parts.in_change, SETS))
     row = side("error", parts.error, LABELS, spread(parts.in_error, SETS))
     unit = fired("rules", column, row, parts.rules, parts.inferred)

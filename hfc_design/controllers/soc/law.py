@@ -1,17 +1,17 @@
 """Self-organising fuzzy controller of Huang & Shy (``milling-table``). Never imports JAX.
 
-A table of 11 x 11 commands over error and change of error is corrected by the error itself: there
-is no performance table, and no model but a direction. Written for one axis in scalars, over the
-whole table: a gather would cost more. ``xp`` as in ``core.numbers``.
+The error corrects a table of 11 x 11 commands over the error and its change. There is no table of
+desired performance, and no model of the machine except the sign of its gain. The law is written
+for one axis in scalars; ``xp`` as in ``core.numbers``.
 
 Interpretation of the paper where it leaves a choice:
 
 - The command is the output of the table, not its sum over the samples.
-- An error, or its change, beyond the outermost set is limited to it: 5 after its gain. The same
-  numbers correct the rules, which limits the correction by a large error.
-- The rules that fire at a sample are corrected with its own error, for the next time they fire.
-- A rule is limited to the command's limit: it would wind up otherwise.
-- The paper's M, the gain of the machine, is 1: another M is another ``gamma``.
+- An error, or its change, beyond the outermost set counts as 5 sets (as -5 if negative). The same
+  limited numbers correct the rules, so that a large error does not correct them more.
+- The rules that fire in a sample are corrected by the error of that sample, for later samples.
+- A rule is limited to the limit of the command, because it would wind up otherwise.
+- The paper's M, the gain of the machine, is 1 here: another M would only change ``gamma``.
 """
 
 from collections.abc import Sequence
@@ -21,11 +21,11 @@ from hfc_design.controllers.controller import AxisLaw, Signals, stood
 from hfc_design.controllers.neighbours import Degrees, changed, evenly, weighted
 from hfc_design.core.numbers import Scalar, Xp, clipped
 
-#: Highest set of an input; the sets are -HIGHEST to HIGHEST.
+#: Number of the highest fuzzy set of an input; the sets are -HIGHEST to HIGHEST.
 HIGHEST = 5
 SETS = 2 * HIGHEST + 1
 LABELS = [f"{place:+d}" if place else "0" for place in range(-HIGHEST, HIGHEST + 1)]
-#: Commands (11, 11) before ``gu``, rows by the error and columns by its change, from -5 to 5.
+#: (11, 11) commands divided by ``gu``; rows: error, columns: its change, both from set -5 to 5.
 Rules: TypeAlias = Sequence[Sequence[Scalar]]
 
 
@@ -33,28 +33,28 @@ class SocGains(NamedTuple):
     """Searched gains, on errors and commands in the units of the drive."""
 
     ge: Scalar  # sets per unit of the error [1/error]
-    gc: Scalar  # sets per unit of its change in a sample [1/error]
+    gc: Scalar  # sets per unit of the error's change in a sample [1/error]
     gu: Scalar  # command for a rule of 1 [command]
     gamma: Scalar  # share of the error that a correction removes [1]
-    xi: Scalar  # weight of the change in it, that of the error is 1 - xi [1]
+    xi: Scalar  # weight of the error's change in a correction; the error itself has 1 - xi [1]
 
 
 class SocMemory(NamedTuple):
     """Memory of the controller."""
 
-    error: Scalar  # e(k-1)
-    rules: Rules
+    error: Scalar  # error of the previous sample
+    rules: Rules  # present table
 
 
 class Parts(NamedTuple):
-    """Parts of a command."""
+    """Values from which the command of a sample follows."""
 
-    error: Scalar  # in sets
-    change: Scalar  # in sets
-    in_error: Sequence[Scalar]  # (11,) degrees
-    in_change: Sequence[Scalar]  # (11,)
-    rules: Rules  # as they act in this sample
-    inferred: Scalar  # what they give
+    error: Scalar  # error, counted in sets
+    change: Scalar  # change of the error, counted in sets
+    in_error: Sequence[Scalar]  # (11,) degrees of the error
+    in_change: Sequence[Scalar]  # (11,) degrees of the change
+    rules: Rules  # table of this sample, before its correction
+    inferred: Scalar  # output of the table, the command divided by ``gu``
 
 
 def soc(rules: Rules, sample_time: float, limit: float | None = None) -> AxisLaw:
@@ -70,9 +70,9 @@ def initial_memory(law: AxisLaw, zero: Scalar) -> SocMemory:
 def sample(
     xp: Xp, law: AxisLaw, gains: SocGains, memory: SocMemory, signals: Signals
 ) -> tuple[Scalar, SocMemory, Parts]:
-    """Return the command of one sample: ``u = gu sum(w_i U_i)`` over the four rules that fire.
+    """Return the command ``u = gu sum(w_i U_i)`` over the four rules that fire, memory and parts.
 
-    Each then moves by ``w_i gamma ((1 - xi) e + xi ce)`` (eq. 8 and 9), e and ce in sets.
+    Then each U_i moves by ``w_i gamma ((1 - xi) e + xi ce)`` (eq. 8 and 9), with e and ce in sets.
     """
     error = signals["error"]
     e = xp.once(clipped(xp, gains.ge * error, -HIGHEST, HIGHEST))
@@ -95,5 +95,5 @@ def sample(
 
 
 def degrees(xp: Xp, value: Scalar) -> Degrees:
-    """Return the degrees (11,) of a value in the sets: linear between two neighbours, sum 1."""
+    """Return the degrees (11,) of a value in the sets, triangles whose degrees add up to 1."""
     return evenly(xp, value, HIGHEST)

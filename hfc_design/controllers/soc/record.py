@@ -17,7 +17,7 @@ Table = Annotated[tuple[Row, ...], Field(min_length=SETS, max_length=SETS)]
 EMPTY: Table = ((0.0,) * SETS,) * SETS
 
 HERE = "hfc_design.controllers.soc"
-#: Search ranges on a milling table, errors in mm and commands in V.
+#: Search ranges for a milling table with errors in mm and commands in V.
 RANGES = SocGains((2.0, 100.0), (5.0, 300.0), (0.2, 20.0), (0.02, 0.9), (0.1, 0.9))
 
 
@@ -25,15 +25,15 @@ class AdaptationRecord(Record):
     """Correction of the rules, see ``SocGains``."""
 
     gamma: NotNegative  # share of the error that a correction removes [1]
-    #: weight of the change in it, that of the error is 1 - xi [1]
+    #: weight of the error's change in a correction; the error itself has 1 - xi [1]
     xi: Annotated[float, Field(ge=0, le=1)]
 
 
 class SocDesign(ControllerRecord):
     """Design of kind ``soc``.
 
-    Gains are for an error counted in ``error_unit`` and a command in ``command_unit``, for example
-    those of the scale and the converter that published gains are for.
+    Its gains are for errors counted in ``error_unit`` and commands in ``command_unit``. Published
+    gains, for example, count steps of a linear scale and of a converter.
     """
 
     kind: Literal["soc"] = "soc"
@@ -48,11 +48,11 @@ class SocDesign(ControllerRecord):
     pictures = later(f"{HERE}.section", "pictures")
     sections = later(f"{HERE}.section", "sections")
     ge: Positive  # sets per ``error_unit`` of the error [1]
-    gc: Positive  # sets per ``error_unit`` of its change in a sample [1]
-    gu: Positive  # ``command_unit`` for a rule of 1 [1]
+    gc: Positive  # sets per ``error_unit`` of the error's change in a sample [1]
+    gu: Positive  # command for a rule of 1, counted in ``command_unit`` [1]
     adaptation: AdaptationRecord  # learning of the table
-    error_unit: Positive = 1.0  # size of a count of the error, in the drive's unit [error]
-    command_unit: Positive = 1.0  # size of a count of the command, in the drive's unit [command]
+    error_unit: Positive = 1.0  # unit in which gains count the error, in the drive's unit [error]
+    command_unit: Positive = 1.0  # unit in which gains count the command [command]
     #: initial table [1]; rows: error, columns: its change, both from -5 to 5
     table: Table = EMPTY
 
@@ -62,7 +62,7 @@ class SocDesign(ControllerRecord):
         return SocGains(ge, gc, self.gu * self.command_unit, *dict(self.adaptation).values())
 
     def input_range(self, limit: float | None) -> dict[str, float]:
-        """Ranges of the inputs: the outermost sets."""
+        """Return the centres of the outermost sets of both inputs."""
         gains = self.law_gains()
         return {"error": HIGHEST / gains.ge, "error_change": HIGHEST / gains.gc}
 
@@ -71,21 +71,21 @@ class SocDesign(ControllerRecord):
         return soc(self.table, self.sample_time_s, limit)
 
     def reads(self) -> list[str]:
-        """Signals that the controller reads; it forms the change of the error itself."""
+        """Return the signals that the controller reads; it computes the change of the error."""
         return ["error"]
 
     def connecting(self) -> list[str]:
-        """Return a note on signals formed inside the controller."""
+        """Return a note that the controller computes the change of the error itself."""
         return [CHANGES]
 
     @staticmethod
     def of_gains(gains: dict[str, float]) -> Json:
-        """Return the record of searched gains, with an empty initial table."""
+        """Return the keys of a controller with these gains; its table is left out, thus 0."""
         adaptation = {key: gains[key] for key in AdaptationRecord.model_fields}
         return {**{key: gains[key] for key in ("ge", "gc", "gu")}, "adaptation": adaptation}
 
     def without_adaptation(self) -> Self:
-        """Return the design without adaptation."""
+        """Return the design with ``gamma`` = 0; the table remains."""
         still = self.adaptation.model_copy(update={"gamma": 0.0})
         return self.model_copy(update={"adaptation": still})
 

@@ -1,4 +1,4 @@
-"""Report sections of a self-organising controller: its rules during learning."""
+"""Report sections and pictures of a self-organising controller: its rules while it learns."""
 
 from math import inf
 
@@ -25,7 +25,7 @@ SHARES = (0.02, 0.25, 1.0)
 
 
 def sections(record: SocDesign, shown: ReportContext) -> list[Section]:
-    """Return gains, initial rules, and the rules of each axis at several moments."""
+    """Return a section with gains and initial rules, and one with the rules that axes learned."""
     units = shown.units
     text = (
         f"Every {1e3 * record.sample_time_s:g} ms the control reads the error of each axis and its "
@@ -60,7 +60,7 @@ def sections(record: SocDesign, shown: ReportContext) -> list[Section]:
 def _learning(
     record: SocDesign, shown: ReportContext, axis: str, rules: dict[float, Floats]
 ) -> list[Drawing]:
-    """Return the rules of an axis at several moments, and the last ones with a cursor."""
+    """Return pictures of the rules of an axis at several times, and their surface at the end."""
     end = record.model_copy(update={"table": tuple(map(tuple, [*rules.values()][-1].tolist()))})
     caption = f"Control surface of {axis} with the rules at the end of the motion."
     return [
@@ -78,7 +78,7 @@ def _surface(record: SocDesign, shown: ReportContext, title: str, caption: str) 
 
 
 def named(shown: ReportContext) -> dict[str, dict[str, Floats]]:
-    """Return the measured signals by axis, named as in the report's texts."""
+    """Return the signals by axis, with the names of axes that the texts of the report use."""
     several = len(shown.machine.axes) > 1
     signals = shown.signals or {}
     return {
@@ -90,9 +90,9 @@ def named(shown: ReportContext) -> dict[str, dict[str, Floats]]:
 def learnt(
     record: SocDesign, signals: dict[str, Floats], limit: float | None
 ) -> dict[float, Floats]:
-    """Return the rules (11, 11) by time [s], at some moments and at the end.
+    """Return {time [s]: rules (11, 11)} after each of ``SHARES`` of the motion.
 
-    The law is stepped over the measured signals of the axis, which takes some 0.1 ms a sample.
+    The law runs over the errors of the axis in the motion, which takes about 0.1 ms per sample.
     """
     law, gains = soc(record.table, record.sample_time_s, limit), record.law_gains()
     memory: SocMemory = law.initial_memory(0.0)
@@ -110,7 +110,7 @@ EDGES = np.arange(SETS + 1) - HIGHEST - 0.5
 
 
 def surface(record: SocDesign, drive_units: dict[str, str], title: str) -> Surface:
-    """Return the output of the current rules of a record."""
+    """Return the surface of the output of a record's table."""
     table, gains = np.array(record.table), record.law_gains()
 
     def law(change: Floats, error: Floats) -> Floats:
@@ -126,7 +126,7 @@ def surface(record: SocDesign, drive_units: dict[str, str], title: str) -> Surfa
 
 
 def _side(name: str, unit: str, gain: float) -> Side:
-    """Return an input up to the outermost sets, which also count for values beyond."""
+    """Return an input whose axis ends at the outermost sets; beyond them the output is constant."""
     factor, unit = in_unit(unit, HIGHEST / gain)
     end = factor * HIGHEST / gain
     return Side(name, unit, (-end, end), gain / factor)
@@ -138,7 +138,7 @@ def _sets() -> tuple[Triangle, ...]:
 
 
 def pictures(record: SocDesign, drive: Drive) -> dict[str, dict[str, Drawn]]:
-    """Return pictures for ``hfc plot``: the learned or initial rules of the design."""
+    """Return pictures for ``hfc plot``: the rules in the record of the design."""
     empty = " at the start: it has learned none" * (not np.any(record.table))
     return {
         **surfaces.pictures({"rules": lambda: surface(record, drive.units, f"rules{empty}")}),
@@ -166,7 +166,7 @@ def _table(record: SocDesign, title: str) -> Figure:
 
 
 def tables(by_time: dict[float, Floats], gu: float, axis: str, unit: str) -> Figure:
-    """Draw the rules at several times side by side, as commands [unit]."""
+    """Draw the rules at several times [s] side by side, as commands in ``unit``."""
     figure = framed(2.3, top=0.35, right=STRIP)
     panels = figure.subplots(1, len(by_time), sharey=True, squeeze=False)[0]
     limit = gu * max(float(np.abs(rules).max()) for rules in by_time.values()) or 1.0

@@ -1,1 +1,1 @@
-"""Files that are shipped with generated code: a README page, test vectors, and a check of both."""
+"""Files that are shipped with generated code: a README page, test vectors, and a test program."""

@@ -10,17 +10,17 @@ from hfc_design.formats.deployment import readme
 from hfc_design.formats.deployment.vectors import Vectors, vectors
 from hfc_design.formats.writing import Content, csv_text, head, rendered, signal_units
 
-#: Functions of ``math.h``, as sources name them.
+#: Functions of ``math.h`` that generated sources may call.
 FUNCTIONS = ("exp", "tanh", "sqrt")
 
 
 def with_check(
     design: Design, files: dict[str, str], same: Vectors | None = None, note: str = ""
 ) -> dict[str, Content]:
-    """Return the sources with everything that is shipped with them, and a ``note`` about them.
+    """Return the C sources ``files`` with README page, test program and test vectors.
 
-    ``same`` are test vectors of these sources, for code that does not compute exactly what the
-    design's kind does.
+    ``same`` are the vectors if the sources do not compute the law of the design's kind, as with
+    tabulated terms; default: those of the design. ``note`` is a remark for the page.
     """
     filled = values(design, files, same, note)
     return {
@@ -31,14 +31,14 @@ def with_check(
 
 
 def of_axes(design: Design, axes: Sequence[str]) -> dict[str, Content]:
-    """Return the files beside the folders of axes: a page, and a ``make check`` of all."""
+    """Return the files beside the folders of the axes: README page, and ``make check`` for all."""
     return page_of_axes(design, axes) | {
         "Makefile": rendered("deployment/axes.mk.j2", design, axes=axes)
     }
 
 
 def page_of_axes(design: Design, axes: Sequence[str]) -> dict[str, Content]:
-    """Return the page that names the folders of axes."""
+    """Return the README page that lists the folders of the axes."""
     values = {"name": code.c_name(design), "axes": axes, "about": readme.origin(design)}
     return {"README.md": rendered("deployment/axes.md.j2", design, **values)}
 
@@ -70,7 +70,7 @@ def table(design: Design, vectors: Vectors, note: str = "") -> str:
 def values(
     design: Design, files: dict[str, str], same: Vectors | None = None, note: str = ""
 ) -> Json:
-    """Return the values for the templates, see ``with_check``."""
+    """Return the values for the templates; for the arguments see ``with_check``."""
     name, test_vectors = code.c_name(design), same or vectors(design)
     text = "\n".join(files.values())
     unfit = re.search(r'#error "has to be in double: in float (.*)"', text)

@@ -22,10 +22,10 @@ class Signal(NamedTuple):
     """Row of the table of signals to connect."""
 
     name: str
-    axes: str  # that it is of, "" where it is of all
+    axes: str  # names of the axes that have it; "": all
     unit: str
     meaning: str
-    tested: str  # how large it gets in the vectors; NOT_USED where that changes nothing
+    tested: str  # largest magnitude in the vectors; NOT_USED if no command depends on it
 
 
 class Measure(NamedTuple):
@@ -33,16 +33,16 @@ class Measure(NamedTuple):
 
     name: str
     value: str
-    where: str
+    where: str  # motion or axis; "" if the score names none
 
 
-#: Parts of a score that count at the machine: the error, and the demand on the drive.
+#: Keys of a score that matter at the machine: errors, and peak values of the drive.
 MEASURES = re.compile(r"(?:(?P<where>\w+?)_)?(?P<name>(?:rms|max)_(?:\w+_)?error\w*|peak_\w+)")
 #: Remark on a signal that no command depends on, because its gains are 0.
 NOT_USED = "not used, gain 0"
-#: Parts of the usability that a score may have.
+#: Keys that ``usable`` in a score needs to be described.
 KEPT = ("share", "machines", "spread")
-#: First words about a design whose verdict is not yes.
+#: Verdict other than yes -> first words of the line on it.
 NOT = {
     "no": "**not usable as it is**: ",
     "on this model only": "**usable on this model only**, not under stress: ",
@@ -50,7 +50,7 @@ NOT = {
 
 
 def values(design: Design, vectors: Vectors) -> Json:
-    """Return the values for the templates of the page."""
+    """Return the values for the templates of the README page."""
     axes = vectors.axes if vectors.axes != ("",) else ()
     return known(design, axes) | {
         "axes": vectors.axes,
@@ -62,7 +62,7 @@ def values(design: Design, vectors: Vectors) -> Json:
 
 
 def known(design: Design, axes: tuple[str, ...]) -> Json:
-    """Return the facts about a design for any page; ``axes`` are its axes, () of one axis."""
+    """Return facts on a design for any page; ``axes`` are those of a machine, () for one axis."""
     record = design.controller
     read = design.kind.reads(record) if design.kind.reads else []
     return {
@@ -79,21 +79,21 @@ def known(design: Design, axes: tuple[str, ...]) -> Json:
 
 
 class Origin(NamedTuple):
-    """Origin and score of a design; "" and None where they are not known."""
+    """Origin and score of a design; "" or None stand for what is not known."""
 
     source: str
-    scored_on: str  # scenario
+    scored_on: str  # name of the scenario
     score: list[Measure]
     chaotic: bool
-    usable: str  # whether it is, in words
-    stress: Table | None
+    usable: str  # whether the design is usable, in words
+    stress: Table | None  # merit under each stress
 
 
 def origin(design: Design) -> Origin:
     """Return the origin and the score of a design."""
     score, source = design.score, plain(str(design.provenance.get("source", "")))
     sampled: Any = design.provenance.get("sampled")
-    with suppress(KeyError, TypeError, ValueError, ZeroDivisionError):  # none, or it was edited
+    with suppress(KeyError, TypeError, ValueError, ZeroDivisionError):  # missing, or edited by hand
         (low, high), off = sampled["output_range"], float(sampled["largest_deviation"])
         source += f"; a table sampled from it, deviating by at most {off:.3g}"
         source += f", {percent(off / (high - low))} of the range of its output"
@@ -111,7 +111,7 @@ def origin(design: Design) -> Origin:
 def _signals(
     design: Design, names: list[str], axes: tuple[str, ...], vectors: Vectors
 ) -> list[Signal]:
-    """Return unit and meaning of each signal; axes with different drives have separate rows."""
+    """Return a row for each signal; axes where its unit or meaning differs have separate rows."""
     idle = {*map(identifier, unused(design, vectors) if "command" not in names else ())}
     each = {"": (signal_units(design), signal_meanings(design))}
     if axes:
@@ -153,7 +153,7 @@ def measures(score: Json) -> list[Measure]:
 
 
 def _usable(stored: object) -> str:
-    """Describe whether a design is usable, and on how many machines it passed; "" if not stored."""
+    """Return as text if a design is usable, and how many machines passed; "" if not stored."""
     if not isinstance(stored, dict):
         return ""
     numbers = [x for key in KEPT if isinstance(x := stored.get(key), int | float)]
@@ -166,14 +166,14 @@ def _usable(stored: object) -> str:
     passing = (
         f"usable on {passing}" if verdict == "yes" else f"{NOT.get(verdict, '')}passes on {passing}"
     )
-    with suppress(KeyError, TypeError, AttributeError, ValueError):  # it has been edited
+    with suppress(KeyError, TypeError, AttributeError, ValueError):  # edited by hand
         if missed := missed_text(stored.get("missed", {})):
             passing += f"; {plain(missed)}"
     return passing
 
 
 def _stress(stored: Any) -> Table | None:
-    """Return the table of disturbances that the design was tested under; None if not stored."""
-    with suppress(KeyError, TypeError, AttributeError, ValueError):  # it has been edited
+    """Return the table of the design's behaviour under stress; None if it is not stored."""
+    with suppress(KeyError, TypeError, AttributeError, ValueError):  # edited by hand
         return stress_table(stored["stress"]) if stored["stress"] else None
     return None

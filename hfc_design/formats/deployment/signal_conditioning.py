@@ -1,4 +1,4 @@
-"""Signal conditioning in the design's scenario: sensors, velocities, converter."""
+"""How the scenario of a design measures an axis (encoders, velocities) and converts commands."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -14,32 +14,32 @@ from plants.drive import fed_back
 
 
 class Sensed(NamedTuple):
-    """Measurement of axes that are alike."""
+    """Measurement of one axis, or of several axes that are measured alike."""
 
     axes: tuple[str, ...]
-    position: str  # that the error is formed with, and what it is
-    meaning: str
-    unit: str
-    millimetres: float | None  # a unit of it; None: no length
-    velocity: str  # that the error rate is formed with
-    rates: tuple[str, ...]  # signals that the controller reads and that are made of velocities
+    position: str  # name of the position from which the error is formed
+    meaning: str  # of this position; "" if unknown
+    unit: str  # of position and error
+    millimetres: float | None  # length of one such unit [mm]; None: it is not a length
+    velocity: str  # name of the velocity from which the error rate is formed
+    rates: tuple[str, ...]  # signals that the controller reads and that depend on velocities
     sensors: SensorSettings
     counts: bool  # whether the machine's own encoder counts in steps
-    step: float  # of it, where that is a parameter; 0: it is not
-    limits: Limits  # of the drive
+    step: float  # of this encoder [unit]; 0: no parameter of the plant gives it
+    limits: Limits  # of the command, with the converter
 
 
 class Scene(NamedTuple):
-    """Scenario that a design was made on."""
+    """Scenario of a design, and how it measures each axis."""
 
-    scenario: str  # "": none that runs from here
-    reason: str  # why not
-    named: bool  # whether the design names it itself
+    scenario: str  # its name; "" if it cannot be run here
+    reason: str  # why it cannot be run; "" if it can
+    named: bool  # whether the design names it; if not, it is the default of the plant
     each: tuple[Sensed, ...]
 
 
 def scene(design: Design, reads: Iterable[str]) -> Scene:
-    """Return the sensors in a design's scenario, for a controller that ``reads`` signals."""
+    """Return how a design's scenario measures the axes; ``reads`` are the controller's signals."""
     named = "scenario" in design.provenance
     try:
         scenario = own_scenario(design, design.name)
@@ -77,7 +77,7 @@ def _sensed(axis: Axis, scenario: Scenario, reads: tuple[str, ...]) -> Sensed:
 
 
 def _rates(drive: Drive, axis: Axis, reads: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the signals that change when nothing but the velocities of encoders changes."""
+    """Return ``error_rate`` and other signals in ``reads`` that change with encoder velocities."""
     fixed, state = drive.coefficients(axis.parameters), drive.initial_state(0.0)
     speeds = {rate: 1.0 + 0.7 * k for k, rate in enumerate(drive.encoders.values())}
     moving = state._replace(**speeds)

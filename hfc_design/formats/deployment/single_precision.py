@@ -1,12 +1,12 @@
-"""Single precision: the law of a controller on float32, to measure how far its commands are off.
+"""Commands of a controller in float32, to measure how much single precision changes them.
 
-C code in float sums in another order, so its commands are off by about as much as these, but not
-equal to them. From this follow the tolerance of test vectors and where code in float can be
-compared at all.
+C code in float adds in another order, so its commands are not equal to these, but deviate by about
+as much from those in double. This deviation determines the tolerance of the test vectors, and in
+which samples code in float is compared.
 
-A controller that decides (which rule is to blame, whether an integral is held) may decide
-otherwise because of rounding, and then continues differently and equally right. Where a decision
-is that close, commands are not compared until the controller's memory is reset.
+Rounding may change a decision of a controller (which rule is corrected, whether an integral stops).
+Then its later commands differ, and both are right. Therefore commands after a close decision are
+not compared until the controller's memory is reset.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -30,7 +30,7 @@ from hfc_design.core.numbers import ARRAYS, Floats, Gains, Plain
 from hfc_design.files.design import Design
 from hfc_design.formats.deployment.test_inputs import RESETS
 
-#: Functions in which C's float is no less exact than float32 here.
+#: ``Xp`` functions for float32; exp and tanh are computed in double and then rounded.
 SINGLE = ARRAYS._replace(
     bell=lambda rate, distance: _rounded(np.exp, (-rate * distance) * distance),
     tanh=lambda x: _rounded(np.tanh, x),
@@ -42,7 +42,7 @@ def _rounded(function: np.ufunc, x: Floats) -> np.ndarray:
 
 
 def single(value: Plain) -> Plain:
-    """Round all real numbers in tables and records to single precision."""
+    """Return tables and records with all real numbers rounded to single precision."""
 
     def rounded(leaf: Any) -> Any:
         if isinstance(leaf, float):
@@ -62,12 +62,12 @@ def commands(
 ) -> Floats:
     """Return the commands (tries, samples, axes) of a design for ``rows`` (samples, inputs, tries).
 
-    ``view_of`` converts a sample (inputs, any) to a view; ``law`` as in ``runtime.Controller``. The
-    memory is kept where a command would not be finite, as in C.
+    ``view_of`` converts a sample (inputs, n) to a view; for ``law`` see ``runtime.Controller``. As
+    in C, the memory stays as it was where a command is not finite.
     """
     begins = np.array(sorted(RESETS))
     lengths = np.diff(begins, append=len(rows))
-    # What begins anew does not hang on the samples before: all parts run beside each other.
+    # A part after a reset does not depend on samples before it: all parts run at the same time.
     steps = begins + np.minimum(np.arange(lengths.max())[:, None], lengths - 1)  # (longest, parts)
     lanes = rows[steps].swapaxes(1, 2).reshape(len(steps), rows.shape[1], -1)
     views = map(view_of, lanes.astype(np.float32))
@@ -90,7 +90,7 @@ def _controller(design: Design, axes: tuple[str, ...], law: AxisLaw | None) -> C
 
 
 def _stepped(controller: Controller, gains: Gains, views: Iterable[View], lanes: int) -> Floats:
-    """Return the commands (steps, lanes, axes) of a controller for a sequence of views."""
+    """Return the commands (steps, lanes, axes) for ``views``; a lane is a try after one reset."""
     zero, stored = np.zeros(lanes, np.float32), []
     memory = begun(controller, SINGLE, zero, gains)
     with np.errstate(all="ignore"):
@@ -99,36 +99,36 @@ def _stepped(controller: Controller, gains: Gains, views: Iterable[View], lanes:
             commanded, after = controller.step(SINGLE, gains, before, view)
             stored.append(np.stack([zero + command for command in commanded], axis=1))
             finite = np.isfinite(stored[-1]).all(axis=1)
-            chosen = partial(np.where, finite)  # what is remembered of each try
+            chosen = partial(np.where, finite)  # new memory in lanes with finite commands
             memory = after if finite.all() else jax.tree.map(chosen, after, memory)
     return np.stack(stored, dtype=np.float64)
 
 
 #: Tolerance of a command in double precision, as a share of the largest command.
 DOUBLE = 1e-12
-#: Factor on the error of the runtime in single precision: C sums in another order.
+#: Factor from the deviation of the law in float32 to the tolerance: C adds in another order.
 MARGIN = 4.0
-#: Least error of single precision, as a share of the largest command.
+#: Smallest deviation that is assumed for float32, as a share of the largest command.
 ROUNDING = 2.0**-21
-#: Disturbance of the inputs, in roundings, with which close decisions are found.
+#: Largest disturbance of inputs, in roundings of float32, that is to reveal close decisions.
 NOISE = 16.0
-#: Growth of the error that shows that another branch was taken; without that, inputs with ``NOISE``
-#: rounding errors can make the error four times as large.
+#: Growth of the deviation that shows that a decision has changed. If none has, inputs that are off
+#: by ``NOISE`` roundings make the deviation at most 4 x ``NOISE`` times as large.
 JUMP = 16.0
-#: Number of tries, each with a noise and its opposite, which lies on the other side of a decision.
+#: Number of random disturbances; each is tried with both signs, to get both decisions.
 TRIES = 2
 
 
 class Tolerance(NamedTuple):
     """Tolerance of a command, in the command's unit."""
 
-    double: float
-    single: float
+    double: float  # of code in double
+    single: float  # of code in float
     alike: tuple[bool, ...]  # (samples,) whether single precision decides as double does
 
 
 def rounded(inputs: Floats) -> Iterator[Floats]:
-    """Yield the inputs in single precision, off by up to one more rounding, reproducibly."""
+    """Yield the inputs rounded to float32; then twice the same, off by up to one more rounding."""
     yield inputs.astype(np.float32).astype(float)
     yield from _disturbed(inputs, 1.0, 1)
 
@@ -147,9 +147,9 @@ def _disturbed(inputs: Floats, noise: float, tries: int) -> Iterator[Floats]:
 
 
 def tolerance(commands: Floats, near: Floats, far: Floats) -> Tolerance:
-    """Return the tolerance of commands (samples, axes) from single precision, (tries, ...).
+    """Return the tolerance of ``commands`` (samples, axes), given in double, from those in float32.
 
-    ``near`` are the commands for ``rounded`` inputs, ``far`` those for ``disturbed`` inputs.
+    ``near`` and ``far`` (tries, samples, axes) are those for ``rounded`` and ``disturbed`` inputs.
     """
     largest = float(np.abs(commands).max())
     off, further = (np.abs(each - commands).max(axis=(0, 2)) for each in (near, far))
@@ -157,7 +157,7 @@ def tolerance(commands: Floats, near: Floats, far: Floats) -> Tolerance:
     usual = max(ROUNDING * largest, 2.0 * float(np.median(off)))
     begins = sorted(RESETS)
     for begin, end in zip(begins, [*begins[1:], len(commands)], strict=True):
-        level, first = usual, end  # of those that may have come of a decision that shows later
+        level, first = usual, end  # deviation so far; sample in which a decision may have changed
         for k in range(begin, end):
             if further[k] > MARGIN * max(level, off[k]):
                 first = min(first, k)

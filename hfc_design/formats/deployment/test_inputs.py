@@ -1,7 +1,7 @@
 """Test inputs that drive a controller through its whole range and beyond, the same at every export.
 
-Sweeps, steps that are held for a while, a rest, small swings, and random values. The random
-numbers are from Python's own generator, which gives the same ones in every release.
+They are sweeps, steps that are held for a while, a rest, small swings, and random values. Python's
+own generator makes the random numbers, the same in every release.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -10,25 +10,25 @@ from random import Random
 
 from hfc_design.controllers.kind import ControllerRecord
 
-#: Samples of each part of the test vectors.
+#: Number of samples of each part: sweeps, steps, rest, small swings, random values.
 SWEEPS, STEPS, REST, SMALL, CHANCE = 250, 200, 25, 75, 450
 COUNT = SWEEPS + STEPS + REST + SMALL + CHANCE
 #: Samples before which the memory is reset, so that the test also shows how learning starts.
 RESETS = frozenset((0, *range(COUNT - CHANCE, COUNT, 30)))
-#: Amplitude of the inputs, as a share of the range.
+#: Amplitude of the inputs relative to their ranges.
 BEYOND = 1.4
-#: Steps that a reading must move by to be set beside them; fewer would leave too little motion.
+#: Range, in steps of the sensor, above which ``connected`` moves a reading off whole steps.
 FEW = 4.0
-#: Key of the change of an error in a sample, named as in ``ControllerRecord.input_range``.
+#: Key for the change of the error in one sample, as in ``ControllerRecord.input_range``.
 CHANGE = "error_change"
 
 
 def input_ranges_of(
     record: ControllerRecord, axes: tuple[str, ...], limits: dict[str, float | None]
 ) -> dict[str, dict[str, float]]:
-    """Return the input range of a controller on each axis, see ``ControllerRecord.input_range``.
+    """Return axis -> signal -> range of a controller's inputs (``ControllerRecord.input_range``).
 
-    With controllers inside: of each signal the largest range.
+    If it has other controllers inside, the largest range of each signal counts.
     """
     ranges = {axis: dict(record.input_range(limits[axis])) for axis in axes}
     for inner_axis, inner in record.inside(axes).items():
@@ -40,7 +40,7 @@ def input_ranges_of(
 
 
 def driven(names: Sequence[str], sizes: dict[str, float], seed: str) -> list[list[float]]:
-    """Return (COUNT, names) test inputs of one axis; each axis has its own ``seed``."""
+    """Return test inputs (COUNT, names) for ranges ``sizes``; each axis has its own ``seed``."""
     random = Random(seed)
     step = sizes.get(CHANGE, 0.0)
     columns = [
@@ -59,9 +59,9 @@ def connected(
 ) -> list[list[float]]:
     """Turn ``driven`` rows into readings of a machine that is near its reference.
 
-    The machine is switched off now and then, is taken over by the controller, and leaves its
-    reference farther than allowed. Readings that are rounded to ``steps`` are a quarter of a step
-    from a whole one, so that single precision rounds them as double does.
+    In some samples ``enable`` is off, ``take_over`` is on, or ``largest_error`` is exceeded.
+    ``fed_back`` is the position reading. Readings with ``steps`` lie a quarter of a step beside a
+    whole one, so that single precision rounds them as double does.
     """
     places = {name: k for k, name in enumerate(names)}
     size = sizes.get("error", 1.0)
@@ -88,9 +88,9 @@ def connected(
 
 
 def path(sizes: dict[str, float], count: int) -> list[list[float]]:
-    """Return (COUNT, count) tangent, curvature, contour error of an X-Y path that bends both ways.
+    """Return inputs (COUNT, count) of an X-Y path that bends to both sides.
 
-    ``sizes`` are those of the X axis; the contour error is left out where ``count`` is 3.
+    They are tangent x, y, curvature and (``count`` 4) contour error; ``sizes`` are ranges of X.
     """
     random, size = Random("path"), sizes.get("error", 1.0)
     off = _signal(random, size, 0.0)
@@ -102,9 +102,9 @@ def path(sizes: dict[str, float], count: int) -> list[list[float]]:
 
 
 def _signal(random: Random, size: float, step: float) -> Iterator[float]:
-    """Yield a signal of ``COUNT`` samples that slightly exceeds ``size``.
+    """Yield a signal of ``COUNT`` samples, of up to ``BEYOND`` times ``size``.
 
-    With a ``step`` its change per sample slightly exceeds that too, at any value of the signal.
+    If ``step`` is not 0, its random values come in pairs that differ by up to ``BEYOND`` steps.
     """
     yield from (_short(BEYOND * size * x) for x in _shares(random))
     for _ in range(CHANCE // 2):
@@ -114,7 +114,7 @@ def _signal(random: Random, size: float, step: float) -> Iterator[float]:
 
 
 def _shares(random: Random) -> Iterator[float]:
-    """Yield the deterministic values before the random ones, from -1 to 1."""
+    """Yield sweeps, steps, rest and small swings as values from -1 to 1."""
     phase, slow, fast = pi * random.random(), random.uniform(70.0, 110.0), random.uniform(9.0, 14.0)
     for k in range(SWEEPS):
         yield 0.8 * sin(phase + tau * k / slow) + 0.2 * sin(tau * k / fast)
@@ -130,5 +130,5 @@ def _shares(random: Random) -> Iterator[float]:
 
 
 def _short(value: float) -> float:
-    """Round to seven digits, which single precision holds as well."""
+    """Return the value with seven digits, about as many as single precision has."""
     return float(f"{value:.6e}")

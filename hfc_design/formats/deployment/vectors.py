@@ -1,6 +1,6 @@
-"""Test vectors: inputs, the commands that the design's own runtime gives for them, and a tolerance.
+"""Test vectors: inputs, the commands that ``runtime`` gives for them, and a tolerance.
 
-Deterministic: the same design gives the same numbers.
+The same design always gives the same vectors.
 """
 
 from collections.abc import Iterator
@@ -25,24 +25,24 @@ from hfc_design.runtime import Controller, Machine
 PATH = ("tangent_x", "tangent_y", "curvature", "contour_error")
 
 
-#: Samples in which nearly every used signal shows an effect.
+#: Number of samples within which nearly every signal that is used changes a command.
 SOON = 50
 
 
 class Vectors(NamedTuple):
-    """Samples of a controller; of a machine those of each axis, one after the other."""
+    """Samples of a controller; for a machine, the columns of one axis follow those of another."""
 
-    axes: tuple[str, ...]  # ("",) of a single one
-    signals: tuple[str, ...]  # that each axis tells
-    path: tuple[str, ...]  # what is told of the path
-    resets: tuple[bool, ...]  # (samples,) whether all is forgotten before it
+    axes: tuple[str, ...]  # names; ("",) for the controller of one axis
+    signals: tuple[str, ...]  # inputs of each axis
+    path: tuple[str, ...]  # inputs that describe the path
+    resets: tuple[bool, ...]  # (samples,) whether the memory is reset before the sample
     inputs: list[list[float]]  # (samples, axes x signals + path)
     commands: list[list[float]]  # (samples, axes)
     tolerance: single_precision.Tolerance
 
     @property
     def columns(self) -> list[str]:
-        """Names of all columns, inputs before commands."""
+        """Names of all columns: "reset", "float", inputs, commands."""
         heads = [f"{axis}." if axis else "" for axis in self.axes]
         inputs = [f"{head}{identifier(name)}" for head in heads for name in self.signals]
         commands = [f"{head}command" for head in heads]
@@ -64,7 +64,7 @@ class Vectors(NamedTuple):
 
 
 def vectors(design: Design, law: AxisLaw | None = None) -> Vectors:
-    """Return the test vectors of a design or of one axis; ``law`` as in ``runtime.Controller``."""
+    """Return the test vectors of a design (or one axis); for ``law`` see ``runtime.Controller``."""
     kind, axes = design.kind, _axes(design)
     names = tuple(kind.reads(design.controller)) if kind.reads else ()
     if connection := design.connected:
@@ -88,12 +88,12 @@ def vectors(design: Design, law: AxisLaw | None = None) -> Vectors:
 
 
 def _axes(design: Design) -> tuple[str, ...]:
-    """Return the axes of a machine, or the axis of a part."""
+    """Return the axes that the controller commands; for one axis its name, or "axis"."""
     return (design.axis or "axis",) if design.kind.law else axes_of(design)
 
 
 def _connected_law(design: Design, law: AxisLaw | None) -> AxisLaw:
-    """Return the law of a connected design, or ``law`` with the same connection."""
+    """Return ``law``, or else the design's own law, with the connection of the design around it."""
     plain = require(design.kind.law, design, NO_CODE)
     limit = design.limits.of(design.axis).command
     connected: AxisLaw = design.connected.around(law or plain(design.controller, limit))
@@ -101,22 +101,22 @@ def _connected_law(design: Design, law: AxisLaw | None) -> AxisLaw:
 
 
 def _unrated(design: Design) -> Design:
-    """Return a connected design without its outer rate limit, which its code has inside."""
+    """Return the design; if connected, without rate limit, which its connection already has."""
     if not design.connected:
         return design
     return design.model_copy(update={"limits": design.limits.without_rate()})
 
 
 def deviation(design: Design, vectors: Vectors) -> float:
-    """Return the largest difference of ``vectors``, made with another law, from the design."""
+    """Return how far commands in ``vectors``, made with another law, are from the design's."""
     return _furthest(vectors, _commands(design, vectors.signals, vectors.inputs))
 
 
 def of_the_last_digit(design: Design, vectors: Vectors) -> float:
-    """Return the largest difference of commands when all inputs are off by one in their last digit.
+    """Return the largest change of a command if all inputs change by one in their last digit.
 
-    A controller that learns may amplify such a difference, and also one of the last digit
-    between two implementations of ``EXP``.
+    A controller that learns may amplify such a change, and in the same way a difference in the last
+    digit between two implementations of ``EXP``.
     """
     inputs, random = np.array(vectors.inputs), np.random.default_rng(0)
     inputs *= 1.0 + 2.0**-52 * random.choice([-1.0, 1.0], inputs.shape)
@@ -133,7 +133,7 @@ def unused(design: Design, vectors: Vectors) -> set[str]:
     for k, name in enumerate(vectors.signals):
         without = np.array(vectors.inputs)
         without[:, k : count * len(_axes(design)) : count] = 0.0
-        samples = (SOON, len(without))  # nearly always it shows soon
+        samples = (SOON, len(without))  # the first ones are usually enough
         if all(
             _commands(design, vectors.signals, without[:most].tolist()) == vectors.commands[:most]
             for most in samples
@@ -145,7 +145,7 @@ def unused(design: Design, vectors: Vectors) -> set[str]:
 def _commands(
     design: Design, names: tuple[str, ...], inputs: list[list[float]], law: AxisLaw | None = None
 ) -> list[list[float]]:
-    """Return (samples, axes) commands of the runtime, which restarts at the resets."""
+    """Return the commands (samples, axes) of the runtime, which is reset before ``RESETS``."""
     axes = _axes(design)
     one: Controller | Machine
     if design.kind.law is None:
@@ -189,8 +189,8 @@ def _inputs(
 
 
 def _moved(design: Design) -> Iterator[tuple[str, str, float]]:
-    """Yield axis, signal, and the signal's range in the motions that a design was made for."""
-    with suppress(UserError):  # they cannot be told here
+    """Yield (axis, signal, largest magnitude) for the motions that a design was made for."""
+    with suppress(UserError):  # the scenario cannot be run here
         scenario = own_scenario(design, design.name)
         for motion in scenario.each_motion():
             for one, axis_samples in zip(scenario.plant.each(), motion.samples().axes, strict=True):
@@ -205,7 +205,7 @@ def _moved(design: Design) -> Iterator[tuple[str, str, float]]:
 
 
 def _view(row: list[Scalar], axes: tuple[str, ...], names: tuple[str, ...]) -> View:
-    """Convert a row of inputs to the view that the runtime takes."""
+    """Return a row of inputs as the view that the runtime takes."""
     count = len(names)
     per_axis = [row[k * count : (k + 1) * count] for k in range(len(axes))]
     way = row[len(axes) * count :]

@@ -1,7 +1,7 @@
 """Functional mock-up units (FMUs) for co-simulation by FMI 2.0 and FMI 3.0.
 
-A controller, a plant, or the closed loop of both. Control law and plant are the C code of
-``--to c`` and of the simulated machine on LinuxCNC, so that each exists once.
+An FMU contains a controller, a plant, or the closed loop of both. The control law is the C code of
+``--to c``, the plant that of the simulated machine on LinuxCNC, so that no code exists twice.
 """
 
 from collections.abc import Callable

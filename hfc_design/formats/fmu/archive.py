@@ -1,4 +1,4 @@
-"""FMU archive of a model: a ZIP file of C sources, their binary, and a description."""
+"""FMU archive of a model: a ZIP file of C sources, a binary, a description and a README page."""
 
 import hashlib
 import io
@@ -21,7 +21,7 @@ from hfc_design.formats.fmu.control import commands_machine
 from hfc_design.formats.fmu.description import Model, Variable, described
 from hfc_design.formats.writing import rendered
 
-#: Files around the model; the version's own file stands beside them.
+#: C files of every FMU; one more file belongs to the version of FMI.
 AROUND = ("model.h", "model.c", "slave.h", "slave.c", "export.h")
 
 
@@ -45,14 +45,14 @@ def fmus(model: Model, design: Design) -> dict[str, bytes]:
     """Return an FMU for each version of FMI, by file name.
 
     Raises:
-        UserError: the design is named like a file that every FMU has.
+        UserError: a C file of the design has the name of a file that every FMU has.
         RunError: the C compiler fails.
     """
     return {f"{model.name}_{version}.fmu": _fmu(model, design, version) for version in BINARIES}
 
 
 def _fmu(model: Model, design: Design, version: str) -> bytes:
-    """Build the archive; its token is a hash of all other content except the binary."""
+    """Return the archive; its token is a hash of description, README page and C sources."""
     documentation = page(model, design)
     sources = _sources(model, design, version, "")
     compiled = sorted(name for name in sources if name.endswith(".c"))
@@ -73,7 +73,7 @@ def _fmu(model: Model, design: Design, version: str) -> bytes:
 
 
 def _sources(model: Model, design: Design, version: str, token: str) -> dict[str, str]:
-    """Return every C file, with the token in it."""
+    """Return file name -> text of all C files; the ``token`` is written into the code."""
     values = {
         "token": token,
         "version": version,
@@ -91,7 +91,7 @@ def _sources(model: Model, design: Design, version: str, token: str) -> dict[str
 
 
 def _in_c(variable: Variable) -> Json:
-    """Convert a variable for the templates; bounds are finite, which refuses infinite values."""
+    """Return a variable for C templates; with finite bounds the code refuses infinite values."""
     settable = "fixed" if variable.fixed else "tunable"
     causality = settable if variable.causality == "parameter" else variable.causality
     largest = float_info.max
@@ -100,7 +100,7 @@ def _in_c(variable: Variable) -> Json:
 
 
 def _archive(files: Mapping[str, str | bytes]) -> bytes:
-    """Build a reproducible ZIP archive."""
+    """Return a ZIP archive of the files; equal files give equal bytes."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in files.items():

@@ -1,6 +1,6 @@
-"""Axes of a machine in an FMU: variables, sensors, converter.
+"""Models of a design's machine for FMUs: the plant alone, or the closed loop with its controller.
 
-Also the FMUs of a design's plant, alone or under its controller.
+They contain the variables of each axis and, in a loop, its sensors and its converter.
 """
 
 from hfc_design.controllers.connected import SWITCHES
@@ -18,22 +18,22 @@ from hfc_design.formats.fmu.control import commands_machine, part, path_variable
 from hfc_design.formats.fmu.description import LEAST, TIME, Model, Variable
 from plants import Drive
 
-#: Sample that an output of a loop belongs to, in words.
+#: Output of a loop -> description, with the sample to which the value belongs.
 MOMENTS = {
     "command": "that acted on the drive in the sample before",
     "error": "at the start of the sample before, not rounded to sensors.encoder_resolution",
 }
-#: Limits that the controller of a loop applies, and then its converter.
+#: Keys of ``limits`` that the code of a connected controller applies.
 APPLIED = ("command", "command_rate", "resolution")
 #: Magnitude of the values that are tried to find the allowed sign of a parameter.
 TINY = 1e-9
 
 
 def plant(design: Design) -> Model:
-    """Return the machine of a design alone, from commands and loads to positions.
+    """Return the model of a design's machine alone: inputs are commands and loads.
 
     Raises:
-        UserError: the machine has no C code, or the scenario of the design cannot be read.
+        UserError: no C code can be made of the machine, or the design's scenario cannot run here.
     """
     scenario, axes = _machine(design)
     variables, parts = [TIME], []
@@ -57,10 +57,10 @@ def plant(design: Design) -> Model:
 
 
 def loop(design: Design) -> Model:
-    """Return the machine under its controller, from the reference to positions.
+    """Return the model of the closed loop: inputs are references, loads and sensor noise.
 
     Raises:
-        UserError: as ``plant``, or as ``code.sources``.
+        UserError: as for ``plant`` and ``code.sources``; or the delay or lag is not supported.
     """
     scenario, axes = _machine(design)
     states = started(scenario.machine, scenario.start, scenario.places)
@@ -90,7 +90,7 @@ def loop(design: Design) -> Model:
 
 
 def _machine(design: Design) -> tuple[Scenario, list[Axis]]:
-    """Return the scenario of a design in its first motion, and its axes with their feedback."""
+    """Return a design's scenario with its first motion only, and the axes of its machine."""
     every = design.controller.sample_time_s
     loop_scenario = own_scenario(design, design.name, [f"simulation.sample_time_s={every!r}"])
     scenario = with_converter(loop_scenario, design).each_motion()[0]
@@ -116,7 +116,7 @@ def _load(drive: Drive, head: str) -> Variable:
 
 
 def _axis(k: int, axis: Axis, head: str, start: State) -> tuple[Json, list[Variable]]:
-    """Return the template values of an axis, and its parameters and states."""
+    """Return the template values of an axis, and the variables of its parameters and states."""
     drive, units = axis.drive, plant_code.state_units(axis.drive)
     parameters = {name: f"{head}{name}" for name in axis.parameters._fields}
     starts = {f"{head}start.{name}": name for name in units}
@@ -142,7 +142,7 @@ def _axis(k: int, axis: Axis, head: str, start: State) -> tuple[Json, list[Varia
 
 
 def _parameter(drive: Drive, key: str, name: str, axis: Axis) -> Variable:
-    """Return a parameter of the plant, which may be negative or positive as the drive allows."""
+    """Return the variable of a plant parameter, bounded by 0 if the drive refuses a sign."""
     value = float(getattr(axis.parameters, key))
     unit, what = drive.parameter_units.get(key, ""), f"{_words(key)} of the {drive.name}"
     variable = Variable(name, "parameter", unit, what, value)
@@ -157,10 +157,10 @@ def _parameter(drive: Drive, key: str, name: str, axis: Axis) -> Variable:
 def _sensing(
     scenario: Scenario, axis: Axis, head: str, reads: list[str]
 ) -> tuple[Json, list[Variable]]:
-    """Return the template values for a controller that ``reads`` an axis, and the sensor noise.
+    """Return template values for the inputs ``reads`` of an axis' controller, and noise variables.
 
     Raises:
-        UserError: the converter delays by a part of a sample, or does what no FMU does here.
+        UserError: ``delay_samples`` is neither 0 nor 1, or ``lag_s`` is set.
     """
     drive, sensors = axis.drive, scenario.sensors.of(axis.name)
     limits = scenario.limits.of(axis.name)
@@ -179,7 +179,7 @@ def _sensing(
             noises[name] = Variable(f"{head}noise.{name}", "input", units[name], what)
 
     def given(name: str) -> Json:
-        """Return the place of a reading in C, and the noise variable that is added to it."""
+        """Return an input as a C expression and a variable that is added to it; "" for none."""
         if name in SWITCHES:
             return {"place": "1.0" if name == "enable" else "0.0", "variable": ""}
         if name in FOLLOWED:
@@ -206,12 +206,12 @@ def _model(
     variables: list[Variable],
     values: Json,
 ) -> Model:
-    """Return the model with the parts that a plant and a loop share."""
+    """Return the model of a plant or a loop (``part``) from its variables and template values."""
     names = {plant_code.name_of(axis.drive): axis.drive for axis in axes}
     sources: dict[str, str] = {}
     for drive in names.values():
         sources |= plant_code.sources(drive, design)
-    step: list[str] = []  # of axes that act on one another
+    step: list[str] = []  # name of the common step function if axes are coupled
     if scenario.machine.forces is not None:
         both = plant_code.coupled(scenario.machine, design)
         step = [file.removesuffix(".h") for file in both if file.endswith(".h")]
@@ -238,7 +238,7 @@ def _model(
 def _controllers(
     design: Design, scenario: Scenario, axes: list[Axis]
 ) -> tuple[list[Json], dict[str, str]]:
-    """Return the controller of the machine, or one for each axis, and the files of all."""
+    """Return template values of the machine's controller, or of one per axis, and all C files."""
     if commands_machine(design):
         connected = connect(design, scenario)
         return [part(connected, "controller")], code.sources(connected)
@@ -247,7 +247,7 @@ def _controllers(
     each = design.by_axis()
     for k, axis in enumerate(axes):
         connected = each.get(axis.name, design)
-        if axis.name not in each and len(axes) > 1:  # whose sensors may be others
+        if axis.name not in each and len(axes) > 1:  # sensors of axes may differ
             connected = connected.model_copy(update={"name": f"{design.name}-{axis.name}"})
             connected._axis = axis.name
         connected = connect(connected, scenario)

@@ -1,4 +1,4 @@
-"""Controller of a design as an FMU, for one axis or a whole machine."""
+"""Model of a design's controller for an FMU, for one axis or a whole machine."""
 
 from itertools import chain
 
@@ -11,7 +11,7 @@ from hfc_design.formats.fmu.description import TIME, Model, Variable
 from hfc_design.formats.laws import of_path
 from hfc_design.formats.writing import each_axis
 
-#: Start values other than 0: an importer that does not set these inputs wants the controller on.
+#: Input -> start value other than 0: the controller is on if the importer does not set ``enable``.
 STARTS = {"enable": 1.0}
 #: Description of the outputs after a faulty sample.
 FAULTY = "the commands are not a number, and the next sample goes on as if this one had not been"
@@ -28,10 +28,10 @@ def commands_machine(design: Design) -> bool:
 
 
 def controller(design: Design) -> Model:
-    """Return the controller alone, from the inputs of a sample to its command.
+    """Return the model of the controller alone, with the inputs and commands of its C code.
 
     Raises:
-        UserError: as ``code.sources``.
+        UserError: in the cases of ``code.sources``.
     """
     sources = code.sources(design)
     whole, called = commands_machine(design), code.c_name(design)
@@ -69,7 +69,7 @@ def controller(design: Design) -> Model:
 
 
 def part(design: Design, member: str) -> Json:
-    """Return the template values of a controller that is a ``member`` of the model's state."""
+    """Return template values of a controller whose state is a ``member`` of the model's state."""
     values = {"name": code.c_name(design), "member": member, "reads": list(code.signals(design))}
     return values | {"saved": saving.saved(design)}
 

@@ -18,10 +18,10 @@ class Variable(NamedTuple):
     name: str
     causality: str  # "independent", "input", "output", "parameter"
     unit: str
-    what: str
+    what: str  # description
     start: float = 0.0
     discrete: bool = False  # an output that is held from one sample to the next
-    fixed: bool = False  # a parameter that is of use before the first step only
+    fixed: bool = False  # a parameter that is read only before the first step
     lowest: float = -inf  # of a parameter
     highest: float = inf
 
@@ -34,12 +34,12 @@ class Variable(NamedTuple):
 
     @property
     def bounds(self) -> dict[str, float]:
-        """Bounds that exist, by their FMI names."""
+        """Finite bounds by their FMI names; ``LEAST`` is written as 0."""
         each = {"min": self.lowest, "max": self.highest}.items()
         return {key: 0.0 if abs(x) == LEAST else x for key, x in each if abs(x) < inf}
 
 
-#: Smallest number greater than zero.
+#: Lower bound that means "greater than zero": the smallest normal number.
 LEAST = float_info.min
 #: Variables that every FMU begins with, as version 3 requires.
 TIME = Variable("time", "independent", "s", "time of the simulation")
@@ -50,12 +50,12 @@ class Model(NamedTuple):
 
     part: str  # "controller", "plant" or "loop" of both
     name: str  # an identifier
-    what: str
+    what: str  # description
     every: float  # sample time [s]
     variables: list[Variable]  # the first is the time
-    sources: dict[str, str]  # C of what is inside, by file
+    sources: dict[str, str]  # file name -> C code of controller and plant
     body: str  # template of ``model_begin`` and ``model_step``
-    values: Json  # what that reads
+    values: Json  # values for this template
 
     def of(self, causality: str) -> list[str]:
         """Return the names of the variables with a causality."""
@@ -65,7 +65,7 @@ class Model(NamedTuple):
 def described(
     model: Model, design: Design, compiled: Sequence[str], version: str, token: str
 ) -> str:
-    """Return ``modelDescription.xml`` of version "fmi2" or "fmi3", with the files to compile."""
+    """Return ``modelDescription.xml`` for "fmi2" or "fmi3"; ``compiled`` are the C files."""
     units = dict.fromkeys(x.unit for x in model.variables if x.unit)
     return rendered(
         "fmu/description.xml.j2",
@@ -76,7 +76,7 @@ def described(
         token=token,
         made_by=__version__,
         units={unit: base_unit(unit) for unit in units},
-        # whether it is known what every state is, so that bytes of it can be checked
+        # whether all members of all states are known, so that a serialised state can be checked
         known=None not in [x["saved"] for x in model.values["controllers"]],
     )
 
@@ -92,7 +92,7 @@ class BaseUnit(NamedTuple):
     exponents: Exponents
 
     def times(self, other: "BaseUnit", power: int = 1) -> "BaseUnit":
-        """Return the product with a power of another unit."""
+        """Return the product of this unit and a ``power`` of another one."""
         both = {key: self.exponents.get(key, 0) for key in (*self.exponents, *other.exponents)}
         for key, exponent in other.exponents.items():
             both[key] += power * exponent
@@ -104,7 +104,7 @@ def _derived(factor: float = 1.0, **exponents: int) -> BaseUnit:
     return BaseUnit(factor, exponents)
 
 
-#: Symbol -> base units; BLU, counts and units of a converter are not SI units.
+#: Symbol -> base units; it lacks BLU, counts and steps of a converter, which are no SI units.
 SYMBOLS = {
     "1": _derived(),
     "m": _derived(m=1),
@@ -129,7 +129,7 @@ TOKEN = re.compile(r"\s*(?:(?P<symbol>1|[A-Za-z]+)(?P<power>\d?)|\^(?P<raised>\d
 
 
 def base_unit(unit: str) -> BaseUnit | None:
-    """Return ``unit`` in base units; None if it contains other symbols.
+    """Return ``unit`` in base units; None if it contains symbols that are not in ``SYMBOLS``.
 
     A space multiplies, "/" divides by the following symbol or bracket, "m2" is a square.
     """
@@ -144,7 +144,7 @@ def base_unit(unit: str) -> BaseUnit | None:
 
 
 def _product(left: list[re.Match[str]]) -> BaseUnit | None:
-    """Return the product of the tokens in ``left`` up to a closing bracket, and remove them."""
+    """Remove tokens from the end of ``left`` up to a closing bracket, and return their product."""
     whole, power = SYMBOLS["1"], 1
     while left and (token := left.pop())["sign"] != ")":
         if token["sign"] == "/":

@@ -1,11 +1,9 @@
-"""Import of other programs' fuzzy controllers as designs that a search can start from.
+"""Import of fuzzy controllers of other programs, as designs with which a search can start.
 
-Also import of what a controller has learned on a machine, see ``design_that_learned``.
-
-Within the ranges of the file's inputs the design computes what the file says, to rounding. Beyond
-them, where programs differ, its outermost terms stay 1. What a design cannot hold is refused. If
-the output has terms with a shape (Mamdani), or if the user asks for it, the output of the file's
-rule base is sampled, and the largest deviation is reported.
+An imported design computes the same as the file, up to rounding; beyond the ranges of its inputs,
+where programs differ, its outermost terms stay 1. What a design cannot represent is refused, but
+outputs with shaped terms (Mamdani), and others on request, are sampled; the deviation is reported.
+``design_that_learned`` imports the numbers that exported code has learned on a machine.
 """
 
 import hashlib
@@ -35,16 +33,16 @@ __all__ = ["Wish", "assumed", "assumptions_text", "deviation_told", "imported", 
 
 #: File suffix -> reader of the language.
 LANGUAGES = {".fll": fll, ".fis": fis}
-#: Suffixes of learned numbers: those of ``NAME_save``, and the output of ``halcmd save param``.
+#: Suffixes of files with learned numbers: of ``NAME_save``, and of ``halcmd save param``.
 LEARNT = (".txt", ".hal")
-#: Parameter of the component as ``halcmd save`` writes it, with the axis in its name.
+#: Learned number as ``halcmd save`` writes it; its name begins with the axis if there are several.
 PARAMETER = re.compile(
     r"setp\s+(?:(?P<axis>\w+)-)?controller\.learnt-(?P<place>[0-9]{1,9})\s+(?P<value>\S+)"
 )
 
 
 def imported(path: Path, wish: Wish) -> Design:
-    """Read a design from the file or folder ``path``, completed by ``wish``.
+    """Return the design in the file or folder ``path``, completed by ``wish``.
 
     Raises:
         UserError: the file cannot be read, or contains something that a design cannot represent.
@@ -71,7 +69,7 @@ def imported(path: Path, wish: Wish) -> Design:
 
 
 def _text(data: bytes) -> str:
-    """Decode the text of a file; ValueError: the file is no text."""
+    """Return the text of a file from its bytes; ValueError: it is not text, or is empty."""
     wide = data.startswith((BOM_UTF16_LE, BOM_UTF16_BE))
     text = decoded(data, "utf-16" if wide else "utf-8-sig")
     if not text.strip():
@@ -80,10 +78,10 @@ def _text(data: bytes) -> str:
 
 
 def _system(ending: str, texts: dict[str, str], wish: Wish) -> tuple[System, Json]:
-    """Return the tables as they are, or a sample of the file's output and its deviation.
+    """Return the system of a file and {}, or a sample of its output and a report on the deviation.
 
     Raises:
-        UserError, ValueError: there are none; the message says if they can be sampled.
+        UserError, ValueError: a design cannot represent it; the message says if it can be sampled.
     """
     if ending == ".csv":
         if wish.terms:
@@ -104,7 +102,7 @@ def _system(ending: str, texts: dict[str, str], wish: Wish) -> tuple[System, Jso
             compared_on(base, None)
         except ValueError:
             raise fault from None
-        # What says two things of the same is a mistake.
+        # Two rules with the same condition are a mistake, so sampling is not proposed.
         conditions = [sorted(map(str, rule.condition)) for rule in base.rules]
         if any(one in conditions[:k] for k, one in enumerate(conditions)):
             raise
@@ -113,8 +111,8 @@ def _system(ending: str, texts: dict[str, str], wish: Wish) -> tuple[System, Jso
 
 
 def _learned(path: Path, ending: str, wish: Wish) -> Design:
-    """Return the design that ``wish`` names, with the values that its code learned on a machine."""
-    from hfc_design.files.loop_setup import load_design  # with JAX
+    """Return the design ``wish.like`` with the values that its code learned on a machine."""
+    from hfc_design.files.loop_setup import load_design  # starts JAX
 
     if wish.like is None:
         raise UserError(f"{option('like')}: must name the design whose code wrote {path}")
@@ -134,7 +132,9 @@ def _learned(path: Path, ending: str, wish: Wish) -> Design:
 def design_that_learned(
     text: str, ending: str, design: Design, axis: str | None, source: dict[str, str]
 ) -> Design:
-    """Return ``design`` with the learned numbers of a file; ``axis`` selects one of several axes.
+    """Return ``design`` with the learned numbers in the ``text`` of a file with suffix ``ending``.
+
+    ``axis`` names one of several axes; ``source`` is stored in the provenance.
 
     Raises:
         UserError, ValueError: the file holds no such numbers, or they are not of this design.
@@ -144,9 +144,9 @@ def design_that_learned(
         known = ", ".join(parts)
         raise UserError(f"{option('axis')}: must name the axis of the state; available: {known}")
     if axis is not None:
-        from hfc_design.files.loop_setup import axes_of  # with JAX
+        from hfc_design.files.loop_setup import axes_of  # starts JAX
 
-        # There is one state for all.
+        # A controller that commands all axes has one state.
         together = design.kind.controller and not design.kind.axis_records
         axes = () if together else axes_of(design)
         if axis not in axes:
@@ -164,7 +164,7 @@ def design_that_learned(
 
 
 def _parameters(text: str, axis: str | None) -> list[float]:
-    """Return the learned parameters of the controller of an axis, in the order of their numbers."""
+    """Return the learned numbers of ``axis`` (None: of all axes) in the text of a HAL file."""
     numbers = {}
     for line in text.splitlines():
         one = PARAMETER.match(line.strip())

@@ -1,4 +1,4 @@
-"""Reader of the tables that ``export.csv_tables`` writes for a feed drive's fuzzy controller."""
+"""Reader of the CSV tables that ``hfc export`` writes of a feed drive's fuzzy controller."""
 
 import csv
 import io
@@ -26,7 +26,7 @@ Rows = list[list[Token]]
 
 
 def files(path: Path) -> list[Path]:
-    """Return the tables in the folder ``path``, or beside it; ValueError: no table of rules."""
+    """Return the files in the folder ``path``, or beside the file; ValueError: no rules.csv."""
     folder = path if isdir(path) else path.parent
     if isfile(path) and path.name != FILES[0]:
         raise ValueError(f"must be named {FILES[0]}, next to {FILES[1]} and {FILES[2]}")
@@ -37,8 +37,8 @@ def files(path: Path) -> list[Path]:
 
 
 def _instead(folder: Path) -> str:
-    """Advice on a folder that has no table of rules."""
-    each = folder.iterdir() if isdir(folder) else ()  # its name may be one that no file can have
+    """Return advice on a folder without rules.csv."""
+    each = folder.iterdir() if isdir(folder) else ()  # isdir is false for impossible names
     others = sorted(one.name for one in each if one.suffix.lower() in (".fll", ".fis"))
     if not others:
         return "the tables of a hierarchy contain no terms to import"
@@ -50,13 +50,13 @@ def _instead(folder: Path) -> str:
 
 
 def read(texts: dict[str, str]) -> System:
-    """Read the system from the texts of files by name; ValueError: a table is not complete."""
+    """Return the system in ``texts`` (file name -> text); ValueError: a table is wrong."""
     tables = {name: _rows(name, text) for name, text in texts.items()}
     rules, first, second = (tables[name] for name in FILES)
     corner = CORNER.fullmatch(rules[0][0].text)
     names = corner.groups() if corner else SIGNALS
     inputs = _input(names[0], first), _input(names[1], second)
-    # Without a name what is there is that of a kind, or nothing.
+    # For an output without a name the manifest has the name of a kind, or nothing.
     rows = tables.get("manifest.csv", [])
     named = [row[0].text for row in rows if row[-1].text == FILES[0]]
     unnamed = len(named) == 1 and named[0] not in KINDS.known
@@ -71,7 +71,7 @@ def read(texts: dict[str, str]) -> System:
 
 
 def _cells(table: Rows, inputs: tuple[Input, Input]) -> Iterator[tuple[tuple[int, int], Token]]:
-    """Yield the numbers of the two terms and the cell of each rule."""
+    """Yield the indices of both terms, and the cell, of each rule."""
     error, change = (item.labels for item in inputs)
     header, *rest = table
     if len(header) != len(change) + 1:
@@ -87,7 +87,7 @@ def _cells(table: Rows, inputs: tuple[Input, Input]) -> Iterator[tuple[tuple[int
 
 
 def _rows(file: str, text: str) -> Rows:
-    """Return the cells of the lines that are not empty, at least one."""
+    """Return the cells of lines that are not empty; for an empty file, one empty cell."""
     reader = csv.reader(io.StringIO(text))
     try:
         rows = [[Token(reader.line_num, c.strip(), file) for c in r] for r in reader if any(r)]

@@ -1,4 +1,4 @@
-"""Construction of a design from the system that was read and from what the file does not say."""
+"""Construction of a design from the system in a file and from the options of the user."""
 
 import re
 import shlex
@@ -23,8 +23,8 @@ HIERARCHY = "pd+hierarchical-fuzzy"
 PLANT_OF = {"flc": "feed-drive", "aflc": "feed-drive", HIERARCHY: "c-axis"}
 #: Number of changed names that are listed.
 NAMED = 3
-SAMPLE_TIMES = {"feed-drive": 0.01, "c-axis": 0.001}  # [s]
-#: Design that the adaptation of an aflc comes from without --like.
+SAMPLE_TIMES = {"feed-drive": 0.01, "c-axis": 0.001}  # by plant, if not given [s]
+#: Design from which an aflc takes its adaptation if --like is not given.
 ADAPTIVE = "jee-koren-2004-aflc"
 
 
@@ -35,17 +35,17 @@ class Wish(NamedTuple):
     name: str | None = None
     plant: str | None = None
     sample_time: float | None = None  # [s]
-    like: str | None = None  # a design, for everything that the file does not hold
+    like: str | None = None  # design with everything that the file does not contain
     signals: dict[str, str] = {}  # name of an input in the file -> the signal that it is
-    terms: tuple[int, int] | None = None  # of each input, to sample it
-    axis: str | None = None  # of whose state the file is, where it is one
-    output: str | None = None  # name of the one to take of several
+    terms: tuple[int, int] | None = None  # number of terms of each input, for sampling
+    axis: str | None = None  # axis whose learned numbers the file contains
+    output: str | None = None  # name of the output to import, if the file has several
 
 
 def design_of(
     system: System, wish: Wish, path: Path, digests: dict[str, str], sampled: Json
 ) -> Design:
-    """Build the design; ``digests`` are those of the files read, ``sampled`` reports the sampling.
+    """Return the design; ``digests`` of the files and the report ``sampled`` go to its provenance.
 
     Raises:
         UserError, ValueError: the options of the user, or the contents of the file, do not fit.
@@ -55,7 +55,7 @@ def design_of(
         raise ValueError("both inputs must have terms of one shape (got Gaussian and straight)")
     like = None
     if wish.like is not None:
-        from hfc_design.files.loop_setup import load_design  # with JAX
+        from hfc_design.files.loop_setup import load_design  # starts JAX
 
         like = load_design(wish.like)
     kind = wish.kind or (like.controller.kind if like else HIERARCHY if gaussian else "flc")
@@ -80,7 +80,7 @@ def design_of(
     name = checked_name(path.resolve().stem if wish.name is None else wish.name)
     make, known = _fuzzy, ["error", "error_change"]
     if kind == HIERARCHY:
-        from hfc_design.files.machine import PlantSettings  # with JAX, and only needed here
+        from hfc_design.files.machine import PlantSettings  # starts JAX
 
         make = _hierarchy
         known = input_names(PlantSettings(name=plant_name).machine.drives[0].inputs)
@@ -104,7 +104,7 @@ def design_of(
 
 
 def assumptions_text(provenance: Json) -> list[str]:
-    """Lines on what was assumed about the file, for the user."""
+    """Return lines for the user: notes on the file, and names that were changed."""
     names = [f"{old[:40]} is {new}" for new, old in provenance.get("names", {}).items()]
     more = f" and {len(names) - NAMED} more, see provenance.names" if len(names) > NAMED else ""
     line = (
@@ -116,7 +116,7 @@ def assumptions_text(provenance: Json) -> list[str]:
 
 
 def assumed(wish: Wish, design: Design) -> str:
-    """Line on the values of a design that neither the file nor the user gave; "" if none."""
+    """Return a line on the plant and the sample time that were assumed; "" if both were given."""
     if wish.like is not None:
         return ""
     assumptions = {}
@@ -141,7 +141,7 @@ def checked_name(name: str) -> str:
 
 
 def _signals(system: System, wish: Wish, known: list[str]) -> tuple[str, str]:
-    """Return the signal of each input."""
+    """Return the signals of both inputs; UserError, ValueError: one is missing or unknown."""
     if system.signals is not None:
         return system.signals
     names = [item.name.text for item in system.inputs]
@@ -167,7 +167,7 @@ def _signals(system: System, wish: Wish, known: list[str]) -> tuple[str, str]:
 
 
 def _originals(system: System) -> Json:
-    """Names of terms as in the file, by the names of their variables."""
+    """Return variable -> names of its terms, both as in the file."""
     labels = {item.name.text: item.labels for item in system.inputs}
     if system.output.labels:
         labels[system.output.name] = list(system.output.labels)
@@ -175,13 +175,13 @@ def _originals(system: System) -> Json:
 
 
 def _variables(system: System) -> list[str]:
-    """Names in the design of the inputs, in the order of the file, and of the output."""
+    """Return the identifiers of both inputs, in the order of the file, and of the output."""
     names = [*(item.name.text for item in system.inputs), system.output.name or USUAL.output]
     return identifiers(names, "variable", ("input_1", "input_2", "output"))
 
 
 def _renamed(system: System) -> dict[str, str]:
-    """Name in the design, for a term after that of its input, -> different name in the file."""
+    """Return name in the design ("input.term" of a term) -> name in the file, if different."""
     called = _variables(system)
     names = [*(item.name.text for item in system.inputs), system.output.name or called[2]]
     pairs = [*zip(called, names, strict=True)]
@@ -193,7 +193,7 @@ def _renamed(system: System) -> dict[str, str]:
 
 
 def _table(system: System) -> list[list[Singleton]]:
-    """Return the singletons, rows by the first input's terms, from the lowest to the highest."""
+    """Return the singletons [term of first input][of second], from the lowest term on."""
     first, second = system.inputs
     for i, j in product(first.order, second.order):
         if (i, j) not in system.rules:
@@ -212,7 +212,7 @@ def _fuzzy(base: Json, system: System, signals: tuple[str, str]) -> Json:
         inputs.reverse()
     called = dict(zip(VARIABLES, (*inputs, output), strict=True))
     (engine,) = identifiers([system.name or called["output"]], "engine")
-    if engine != called["output"]:  # which it is called without a name of its own
+    if engine != called["output"]:  # if equal, the system has no own name
         called["engine"] = engine
     return {
         "integral_gain": 0.0,
@@ -226,7 +226,7 @@ def _fuzzy(base: Json, system: System, signals: tuple[str, str]) -> Json:
 
 
 def _ranges(error: Input, change: Input, output: Output, table: list[list[Singleton]]) -> Json:
-    """Return the ranges of the variables that differ from those that an export assumes."""
+    """Return variable -> range in the file, if finite and different from that of an export."""
     usual = [range_of([term.edges() for term in item.triangles]) for item in (error, change)]
     usual.append(spread([[one.value for one in row] for row in table]))
     ends_of = [(item.low, item.high) for item in (error, change, output)]
@@ -238,7 +238,7 @@ def _ranges(error: Input, change: Input, output: Output, table: list[list[Single
 
 
 def _rules(table: list[list[Singleton]]) -> Json:
-    """Return the rule table, with names of singletons if each name stands for one number."""
+    """Return the rule table, with names of singletons if every name has only one number."""
     centroids = [[one.value for one in row] for row in table]
     values = {one.label: one.value for row in table for one in row}
     nameless = "" in values or all(
@@ -253,7 +253,7 @@ def _rules(table: list[list[Singleton]]) -> Json:
 
 
 def _with_room(controller: Json) -> Json:
-    """Return an aflc with overlaps of one step if its overlaps are too wide for its terms."""
+    """Return an aflc; its smallest overlap becomes one step if it is too wide for its terms."""
     adaptation = controller["adaptation"]
     for key, overlap in adaptation["smallest_overlap"].items():
         centres = [term.centre for term in controller[f"{key}_terms"]]
@@ -263,7 +263,7 @@ def _with_room(controller: Json) -> Json:
 
 
 def _hierarchy(base: Json, system: System, signals: tuple[str, str]) -> Json:
-    """Return a hierarchy of one unit; without --like it has no PD part and no scales."""
+    """Return a hierarchy of one unit; without --like its PD gains are 0, all its scales 1."""
     first, second = system.inputs
     for item in system.inputs:
         if item.low < -1.0 or item.high > 1.0:
@@ -285,7 +285,7 @@ def _hierarchy(base: Json, system: System, signals: tuple[str, str]) -> Json:
 
 
 def _flat_gaussians(terms: Sequence[Shape]) -> list[Json]:
-    """Return LL eq. 3 of each term, in the shortest numbers that give the file's bit for bit."""
+    """Return the records of terms (LL eq. 3), in the shortest numbers equal to the file's."""
     labels = identifiers([term.label.text for term in terms], "term")
     records = []
     for label, (_, _, sigma, low, high, _) in zip(labels, terms, strict=True):
@@ -301,7 +301,7 @@ def _shortest(
 ) -> list[float]:
     """Return ``values`` in the fewest digits from which ``back`` computes ``wanted``."""
     rounded = list(values)
-    for digits in range(1, 18):  # in 17 every float reads back
+    for digits in range(1, 18):  # 17 digits restore every float
         rounded = [float(f"{value:.{digits}g}") for value in values]
         if back(*rounded) == wanted:
             break

@@ -1,10 +1,10 @@
 """Reader of .fis files of MATLAB's and Octave's fuzzy toolboxes.
 
-``read`` takes Sugeno systems of constants; ``rule_base`` reads any system of two inputs and one
-output, Mamdani or Sugeno, as the function that it computes.
+``read`` accepts only Sugeno systems whose output terms are constants. ``rule_base`` reads any
+system of two inputs, Mamdani or Sugeno, as the function that it computes.
 
-A file has sections of ``Key=value`` lines; in [Rules] a line is ``1 2, 3 (1) : 1``: the terms of
-the inputs and of the output by number, the weight, and 1 for "and".
+A file has sections of ``Key=value`` lines. A line of [Rules], as ``1 2, 3 (1) : 1``, has the
+numbers of the terms of both inputs and of the output, the weight, and 1 for "and".
 """
 
 import re
@@ -48,7 +48,7 @@ NUMBER = re.compile(r"(-?\d{1,9})(?:\.0*)?", re.ASCII)
 
 
 def read(text: str, wanted: str | None = None) -> System:
-    """Read the system in ``text``; ValueError: it is no .fis, or more than a design can hold."""
+    """Return the system in ``text``; ValueError: not .fis, or a design cannot represent it."""
     head, *inputs, output, rules = checked_sections(text, SYSTEM, wanted)
     first, second = map(_input, inputs)
     singletons = []
@@ -66,7 +66,7 @@ def read(text: str, wanted: str | None = None) -> System:
 
 
 def notes_on(head: Block, conclusions: Sequence[object]) -> list[str]:
-    """Return notes on Sugeno rules of which several have the same conclusion."""
+    """Return a note if programs treat Sugeno rules with the same conclusion differently."""
     method = unquoted(head.get("AggMethod", "sum")).text
     if method == "sum" or len({*conclusions}) == len(conclusions):
         return []
@@ -77,9 +77,9 @@ def notes_on(head: Block, conclusions: Sequence[object]) -> list[str]:
 
 
 def checked_sections(text: str, system: Allowed, wanted: str | None) -> list[Block]:
-    """Return the sections in the order of ``SECTIONS``, with the ``wanted`` one of several outputs.
+    """Return the sections in the order of ``SECTIONS``; of several outputs the ``wanted`` one.
 
-    Rules keep only the number of that output's term; rules without one are left out.
+    Each rule keeps only the term number of this output; rules without a term of it are left out.
 
     Raises:
         ValueError: the sections contain something that is not allowed.
@@ -108,7 +108,7 @@ def checked_sections(text: str, system: Allowed, wanted: str | None) -> list[Blo
 
 
 def _of_output(rule: Token, count: int, k: int) -> Token | None:
-    """Return a rule reduced to output number ``k`` of ``count``; None if it has none there."""
+    """Return a rule with only output ``k`` of ``count``, from 0 on; None without a term of it."""
     if count == 1 or not (match := rule.match(RULE)):
         return rule
     first, second, numbers, weight, connection = match
@@ -120,7 +120,7 @@ def _of_output(rule: Token, count: int, k: int) -> Token | None:
 
 
 def numbers_in(rule: Token, tokens: Sequence[Token]) -> list[int]:
-    """Return the term numbers in a rule."""
+    """Return ``tokens`` of a rule as term numbers; ValueError: one is not a whole number."""
     numbers = []
     for part in tokens:
         whole = part._replace(text=part.text.strip()).match(NUMBER)
@@ -132,7 +132,7 @@ def numbers_in(rule: Token, tokens: Sequence[Token]) -> list[int]:
 
 
 def _sections(text: str) -> dict[str, Block]:
-    """Return the sections by name; rules have no key."""
+    """Return name -> section; rules have the key ""."""
     sections: dict[str, Block] = {}
     current, seen = None, set()
     for line in lines(text, COMMENT):
@@ -192,7 +192,7 @@ def terms_in(section: Block) -> list[list[Token]]:
 
 
 def check_count(section: Block, key: str, count: int) -> None:
-    """Check that a section states the right number of entries."""
+    """Check that ``key`` of a section states the right ``count``; ValueError: it does not."""
     value = section.get(key)
     if value.text != str(count):
         raise value.fault(f"{key} must be {count}, the number that follow (got {value.text[:20]})")
@@ -208,7 +208,7 @@ def numbers_of(value: Token, count: int, finite: bool = True) -> list[float]:
 
 
 def corners_of(kind: str, value: Token, count: int) -> list[float]:
-    """Return a term's parameters; a trapezium may have top and flank at infinity together."""
+    """Return a term's parameters; in a trapezium both ends of a flank may be infinite together."""
     numbers = numbers_of(value, count, finite=kind != "trapmf")
     a, b, c, d = numbers if kind == "trapmf" else (0.0, 0.0, 0.0, 0.0)
     if (a == -inf) != (b == -inf) or (c == inf) != (d == inf):
@@ -232,17 +232,17 @@ def _add(system: System, rule: Token, singletons: list[Singleton]) -> None:
 
 
 METHODS = ("AndMethod", "OrMethod", "ImpMethod", "AggMethod", "DefuzzMethod")
-#: Number of places of an output at which evalfis computes degrees; least difference of two degrees.
+#: Number of points of an output at which evalfis computes; smallest difference of degrees.
 PLACES, SAME = 101, 1e-9
 
 
 def is_mamdani(text: str) -> bool:
-    """True if the output has terms with a shape, so that a table for it is a sample."""
+    """True if output terms have shapes, so that a rule table can only sample the output."""
     return bool(re.search(r"^\s*Type\s*=\s*['\"]?mamdani\b", text, re.MULTILINE | re.IGNORECASE))
 
 
 def rule_base(text: str, wanted: str | None = None) -> RuleBase:
-    """Read the two-input Mamdani or Sugeno system in ``text``, with its ``wanted`` output.
+    """Return the two-input Mamdani or Sugeno system in ``text``, with its ``wanted`` output.
 
     Integrals are computed as in Octave's evalfis, by the trapezoidal rule at 101 points; MATLAB's
     evalfis gives the first and the last point twice the weight.
@@ -256,7 +256,7 @@ def rule_base(text: str, wanted: str | None = None) -> RuleBase:
     first, second = (_variable(section) for section in inputs)
     conclusions = [] if mamdani else [_conclusion(*term) for term in terms_in(output)]
     result = _variable(output) if mamdani else _variable(output, shaped=False)
-    ends = (result.low, result.high) if mamdani else (0.0, 1.0)  # Sugeno's may end nowhere
+    ends = (result.low, result.high) if mamdani else (0.0, 1.0)  # a Sugeno range may be infinite
     places = np.linspace(*ends, PLACES)
     shares = np.ones(PLACES)
     shares[[0, -1]] = 0.5
@@ -299,7 +299,7 @@ def _variable(section: Block, shaped: bool = True) -> Variable:
 
 
 def _conclusion(label: Token, kind: Token, value: Token) -> inference.Conclusion:
-    """Return the conclusion of a Sugeno term: a number, or factors of the inputs and a constant."""
+    """Return the conclusion of a Sugeno term: a constant, or a linear function of both inputs."""
     kind.one_of(f"kind of the output term {label.text}", ("constant", "linear"))
     if kind.text == "constant":
         return inference.plane(0.0, 0.0, *numbers_of(value, 1))

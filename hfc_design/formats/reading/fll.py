@@ -1,9 +1,8 @@
 """Reader of the fuzzylite language (FLL) of fuzzylite and pyfuzzylite, versions 6 to 8.
 
-An engine is blocks of ``key: value`` lines. ``read`` accepts two-input units of singletons:
-product, weighted average, rules of weight 1. Anything else that would change the output is
-refused. ``rule_base`` reads any engine of two inputs and one output as the function that it
-computes.
+An engine consists of blocks of ``key: value`` lines. ``read`` accepts engines of two inputs with
+singletons, product, weighted average and rules of weight 1; it refuses anything else that would
+change the output. ``rule_base`` reads any engine of two inputs as the function that it computes.
 """
 
 import re
@@ -34,7 +33,7 @@ from hfc_design.formats.reading.system import (
 )
 
 KEYS = ALLOWED["fll"]
-#: Allowed sums of a unit; number of blocks of each kind, and keys that they must have.
+#: Aggregations that add; number of blocks of each kind; keys that blocks must have.
 SUMS = ("none", "UnboundedSum")
 COUNTS = {"InputVariable": 2, "OutputVariable": 1, "RuleBlock": 1}
 NEEDED = {"OutputVariable": ("defuzzifier",), "RuleBlock": ("conjunction", "activation")}
@@ -48,7 +47,7 @@ RULE = re.compile(r"if (\S+) is (\S+) and (\S+) is (\S+) then (\S+) is (\S+)(?: 
 
 
 def read(text: str, wanted: str | None = None) -> System:
-    """Read the system in ``text``; ValueError: it is not FLL, or more than a design can hold."""
+    """Return the system in ``text``; ValueError: not FLL, or a design cannot represent it."""
     head, *inputs, output, rules = engine(text, KEYS, wanted)
     first, second = (input_of(x.name, *ends_of(x), [*map(_shape, x.all("term"))]) for x in inputs)
     singletons: dict[str, Singleton] = {}
@@ -66,7 +65,7 @@ def read(text: str, wanted: str | None = None) -> System:
 
 
 def _check_sums(output: Block, said: list[Singleton]) -> None:
-    """Refuse settings that make the output anything but the average of the rules' numbers."""
+    """Raise ValueError if settings make the output more than a weighted average of rules."""
     lock, norm = output.get("lock-range"), output.get("aggregation", "none")
     low, high = ends_of(output)
     if lock.text == "true" and not all(low <= one.value <= high for one in said):
@@ -76,7 +75,7 @@ def _check_sums(output: Block, said: list[Singleton]) -> None:
 
 
 def engine(text: str, allowed: dict[str, Allowed], wanted: str | None) -> list[Block]:
-    """Return head, two inputs, the ``wanted`` output, and the rules that conclude on it.
+    """Return the blocks: head, two inputs, the ``wanted`` output, and the rules about it.
 
     Raises:
         ValueError: there are other blocks or settings.
@@ -113,7 +112,7 @@ def _of_output(block: Block, name: str) -> list[tuple[str, Token]]:
 
 
 def _blocks(text: str, allowed: dict[str, Allowed]) -> dict[str, list[Block]]:
-    """Return the blocks of each kind."""
+    """Return kind -> its blocks; ValueError: a line is not FLL, or its key is not ``allowed``."""
     blocks: dict[str, list[Block]] = {kind: [] for kind in KEYS}
     kind, block = "", None
     for line in lines(text, COMMENT):
@@ -149,7 +148,7 @@ def ends_of(block: Block) -> tuple[float, float]:
 
 
 def _numbers(term: Token, kinds: Iterable[str]) -> tuple[Token, str, list[float]]:
-    """Return label, shape and parameters of a term that has one of these shapes."""
+    """Return label, shape and parameters of a term; ValueError: its shape is not in ``kinds``."""
     label, kind, rest = term.match(TERM)
     count = CURVES[kind.one_of(f"term {label.text}: shape", kinds)].needs
     numbers = [word.edge() for word in rest.words()]
@@ -200,10 +199,10 @@ def _add(system: System, rule: Token, output: str, singletons: dict[str, Singlet
 
 
 ANY = {kind: keys | ALLOWED["fll-sampled"].get(kind, {}) for kind, keys in KEYS.items()}
-#: Defuzzifiers that integrate over terms with a shape; places: fuzzylite's number, and the most.
+#: Defuzzifiers of terms with shapes; number of points: of fuzzylite by default, and the largest.
 INTEGRALS = [name for name in inference.DEFUZZIFIERS if name[0].isupper()]
 PLACES, MOST_PLACES = 1000, 10_000
-#: Defuzzifiers that average or add the numbers of the output.
+#: Defuzzifiers that average or add the conclusions of rules.
 WEIGHTED = [*(name for name in inference.AVERAGES if name[0].isupper()), "WeightedSum"]
 WORD = re.compile(r"[()]|[^\s()]+")
 SAMPLED_RULE = re.compile(r"if (.+) then (\S+) is (.+?)(?: with (\S+))?")
@@ -211,7 +210,7 @@ CLAUSE = re.compile(r"(\S+) is (.+)")
 
 
 def is_mamdani(text: str) -> bool:
-    """True if the output has terms with a shape, so that a table for it is a sample."""
+    """True if output terms have shapes, so that a rule table can only sample the output."""
     for line in lines(text, COMMENT):
         key, _, value = line.text.partition(":")
         if key.strip() == "defuzzifier" and value.split()[:1] and value.split()[0] in INTEGRALS:
@@ -220,12 +219,12 @@ def is_mamdani(text: str) -> bool:
 
 
 def rule_base(text: str, wanted: str | None = None) -> RuleBase:
-    """Read the two-input engine in ``text``, with the ``wanted`` one of its outputs.
+    """Return the two-input engine in ``text``, with the ``wanted`` one of its outputs.
 
-    Integrals are by midpoints, as in fuzzylite.
+    Integrals are computed by the midpoint rule, as in fuzzylite.
 
     Raises:
-        ValueError: it is no FLL, or more than can be sampled.
+        ValueError: ``text`` is not FLL, or its engine cannot be sampled.
     """
     head, first, second, output, rules = engine(text, ANY, wanted)
     inputs = _variable(first), _variable(second)
@@ -276,7 +275,7 @@ def _kinds(defuzzifier: Token, more: list[Token], output: Block) -> dict[str, in
 
 
 def _count(defuzzifier: Token, words: list[str]) -> int:
-    """Return the number of places of the output for its integral."""
+    """Return the number of points for the integral of the output; ValueError: it is wrong."""
     if not words:
         return PLACES
     whole = len(words) == 1 and re.fullmatch("[0-9]{1,9}", words[0])
@@ -338,7 +337,7 @@ def _rule(rule: Token, variables: tuple[Variable, ...], by: Sequence[str]) -> Ru
     if not 0.0 <= number <= 1.0:
         raise rule.fault(f"the weight of a rule must be 0 to 1 (got {number:g})")
     term, hedges = _said(conclusion, output)
-    if hedges:  # which fuzzylite would apply to how much the rule fires
+    if hedges:  # fuzzylite would apply it to the firing strength
         raise conclusion.fault(
             f"a hedge before a conclusion is not allowed (got {conclusion.text[:40]!r})"
         )
@@ -380,10 +379,10 @@ def _clause(text: Token, inputs: list[Variable]) -> Clause:
 
 
 def _said(text: Token, variable: Variable) -> tuple[int, list[str]]:
-    """Return the number of a term, and the hedges before it, the nearest first."""
+    """Return the index of a term, and its hedges, first the one next to the term."""
     *hedges, label = text.words()
     place = 0
-    if label.text == "any":  # which stands without a term
+    if label.text == "any":  # it stands without a term
         hedges.append(label)
     else:
         labels = [term.label.text for term in variable.terms]

@@ -1,7 +1,7 @@
-"""Evaluation of another program's two-input rule base, Mamdani included: the original to sample.
+"""Evaluation of a two-input rule base of another program, Mamdani or Sugeno, to sample it.
 
-Integrals are sums over the same places of the output's range as in the program that the file is
-for, so that they agree with that program to rounding.
+Integrals are sums over the same points of the output's range as in that program, so the results
+agree up to rounding.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,16 +16,16 @@ from hfc_design.formats.reading.system import Token
 
 
 class Curve(NamedTuple):
-    """Shape: its degree, and which parameters are places on the axis (the others are widths).
+    """Shape of terms: degree as a function of values and parameters.
 
-    Parameters are in the order of the language that names the shape.
+    Parameters are positions on the axis or widths, in the order of the language of the file.
     """
 
     degree: Callable[..., Floats]  # (values, *numbers) -> degrees
-    needs: int
-    places: Sequence[int]
-    falls: bool = False  # places need not rise
-    reaches: bool = False  # its first and last place may be infinite
+    needs: int  # number of parameters
+    places: Sequence[int]  # indices of the parameters that are positions
+    falls: bool = False  # whether positions may descend
+    reaches: bool = False  # whether the outer positions may be infinite
 
 
 def _rising(x: Floats, a: float, b: float) -> Floats:
@@ -48,7 +48,7 @@ def _gaussian(x: Floats, centre: float, sigma: float) -> Floats:
 
 
 def _two_gaussians(x: Floats, left: float, a: float, right: float, b: float) -> Floats:
-    """Product of a half that rises to ``left`` and a half that falls from ``right``."""
+    """Product of half Gaussians: one rises to 1 at ``left``, one falls from 1 at ``right``."""
     rising = np.where(x < left, _gaussian(x, left, a), 1.0)
     return rising * np.where(x > right, _gaussian(x, right, b), 1.0)
 
@@ -112,11 +112,11 @@ FLL = {
 }
 
 
-#: Defuzzifiers that divide by the sum of firing strengths; other sums of conclusions do not.
+#: Weighted defuzzifiers that divide by the sum of firing strengths; the others do not.
 AVERAGES = ("wtaver", "WeightedAverage")
-#: Largest number of degrees, at all places of the output, that are computed together.
+#: Largest number of degrees, at all points of the output, that are computed together.
 AT_ONCE = 2_000_000
-#: Least difference of two degrees, and of shares of an area: rounding decides nothing.
+#: Smaller differences of degrees, and of shares of an area, count as rounding errors.
 TIE, AREA = 1e-14, 1e-12
 
 T = TypeVar("T")
@@ -143,7 +143,7 @@ HEDGES: dict[str, Callable[[Floats], Floats]] = {
 
 
 class Term(NamedTuple):
-    """Term: its degree at values, and the places at which its shape begins, bends and ends."""
+    """Term: its degree as a function, and the positions where its shape begins, bends or ends."""
 
     label: Token
     degree: Callable[[Floats], Floats]
@@ -151,7 +151,7 @@ class Term(NamedTuple):
 
 
 def term_of(label: Token, curve: Curve, numbers: Sequence[float]) -> Term:
-    """Return a term of a shape; ValueError: its places descend, or a width is invalid."""
+    """Return a term of a shape; ValueError: positions descend, or a number is invalid."""
     places = [numbers[k] for k in curve.places]
     widths = [number for k, number in enumerate(numbers) if k not in curve.places]
     rising = all(a <= b for a, b in pairwise(places)) or curve.falls
@@ -182,10 +182,10 @@ class Variable(NamedTuple):
 
 
 class Clause(NamedTuple):
-    """Clause "input is term", with ``hedges`` from the nearest to the term on."""
+    """Clause "input is term"; the first of ``hedges`` is the one next to the term."""
 
-    input: int
-    term: int
+    input: int  # index
+    term: int  # index
     hedges: Sequence[str] = ()
 
 
@@ -194,7 +194,7 @@ def folded(
     leaf: Callable[[Clause], T],
     joins: dict[str, Callable[[T, T], T]],
 ) -> T:
-    """Evaluate a condition from the values of its clauses."""
+    """Return the value of a postfix condition: ``leaf`` evaluates clauses, ``joins`` join two."""
     waiting: list[T] = []
     for part in condition:
         joined = joins[part](waiting.pop(), waiting.pop()) if isinstance(part, str) else leaf(part)
@@ -205,13 +205,13 @@ def folded(
 class Rule(NamedTuple):
     """Rule: if a condition holds, the output is a term."""
 
-    condition: Sequence[Clause | str]  # "and" and "or" behind the two that they join
-    term: int
+    condition: Sequence[Clause | str]  # postfix: "and" and "or" follow what they join
+    term: int  # index of the output term
     hedges: Sequence[str]
     weight: float
 
     def speaks_of(self, terms: tuple[int, int]) -> bool:
-        """True if the rule fires where these terms of the inputs are 1."""
+        """True if the rule fires where these terms of both inputs are 1 and all others 0."""
 
         def holds(clause: Clause) -> bool:
             met = "any" in clause.hedges or terms[clause.input] == clause.term
@@ -230,10 +230,10 @@ class Methods(NamedTuple):
     implication: str
     aggregation: str
     defuzzifier: str
-    places: Floats  # of the output's range
-    shares: Floats  # of each place in an integral
+    places: Floats  # points in the range of the output
+    shares: Floats  # weight of each point in an integral
     default: float  # the output where no rule fires; nan: it has none
-    limits: tuple[float, float] = (-inf, inf)  # of the output, which ends there
+    limits: tuple[float, float] = (-inf, inf)  # of the output, which is clipped to them
 
 
 class RuleBase(NamedTuple):
@@ -249,7 +249,7 @@ class RuleBase(NamedTuple):
     notes: Sequence[str] = ()  # for the user
 
     def left_out(self) -> list[str]:
-        """Pairs of terms without a rule, in words."""
+        """Return the pairs of terms without a rule, in words."""
         first, second = self.inputs
         return [
             f"{first.name.text} is {a.label.text} and {second.name.text} is {b.label.text}"
@@ -288,7 +288,7 @@ class RuleBase(NamedTuple):
         return np.where((whole > 0.0).any(axis=1), integrated, np.nan)
 
     def _grouped(self, firing: list[Floats]) -> list[tuple[Rule, Floats]]:
-        """Return rules with firing strengths, one per conclusion if that keeps the output.
+        """Return rules with firing strengths, merged by conclusion if the output stays the same.
 
         Rules with the same Sugeno term are aggregated, as in fuzzylite from version 8 on.
         """
@@ -313,7 +313,7 @@ class RuleBase(NamedTuple):
 
 
 def hedged(degree: Floats, hedges: Sequence[str]) -> Floats:
-    """Apply hedges to a degree."""
+    """Return the degree changed by the hedges, one after another."""
     for hedge in hedges:
         degree = HEDGES[hedge](degree)
     return degree
@@ -325,7 +325,7 @@ def _centroid(degrees: Floats, places: Floats, shares: Floats) -> Floats:
 
 
 def _bisector(degrees: Floats, places: Floats, shares: Floats) -> Floats:
-    """Return the place that divides the area most nearly in half, the mean of several ones."""
+    """Return the point that best divides the area in half; if several do, their mean."""
     area = np.cumsum(degrees * shares, axis=1)
     off = np.abs(area / area[:, -1:] - 0.5)
     return _mean(off <= off.min(axis=1, keepdims=True) + AREA, places)
@@ -339,7 +339,7 @@ def _highest(degrees: Floats) -> Mask:
     return np.asarray(degrees >= (1.0 - TIE) * degrees.max(axis=1, keepdims=True))
 
 
-#: (degrees (n, places), places, their shares) -> (n,) output, by their names in .fis and FLL.
+#: Name in .fis or FLL -> function: degrees (n, points), points, weights -> output (n,).
 DEFUZZIFIERS: dict[str, Callable[[Floats, Floats, Floats], Floats]] = {
     **dict.fromkeys(("centroid", "Centroid"), _centroid),
     "Bisector": _bisector,

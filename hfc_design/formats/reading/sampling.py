@@ -1,8 +1,8 @@
 """Sampling of any rule base as a table of triangles: its output at the centres, linear in between.
 
-The centres are placed where the table is nearest to the original between them. They move one by
-one, from even spacing and from the centres of the file's terms. For an odd original, whose output
-is opposite on the opposite side, they move in pairs, so that the table is odd as well.
+The centres are placed so that the table deviates least from the original. They move one by one,
+once from even spacing and once from the centres of the file's terms. If the original is odd, with
+f(-x, -y) = c - f(x, y), they move in pairs, so that the table is odd as well.
 """
 
 from collections.abc import Iterator
@@ -18,20 +18,20 @@ from hfc_design.core.wording import percent
 from hfc_design.formats.reading.inference import RuleBase, Variable
 from hfc_design.formats.reading.system import Input, Output, Singleton, System, input_of, shape_of
 
-#: Points per side at which table and original are compared; every ``COARSE``-th of them, and the
-#: places of the file's terms, can be a centre.
+#: Number of points of each input at which table and original are compared. Every ``COARSE``-th of
+#: them can be a centre, and so can the corners of the file's terms.
 POINTS, COARSE = 201, 2
 #: Number of pairs of terms without a rule that are listed.
 NAMED = 3
-#: Largest bound of an input's range that can be sampled, and least width as a share of the range.
+#: Largest magnitude in a range that can be sampled; least width as a share of ``LARGEST``.
 LARGEST, SMALLEST = 1e9, 1e-15
-#: Values below this share of the largest output are 0 but for rounding.
+#: Outputs below this share of the largest output count as 0, as rounding errors.
 ROUNDING = 1e-13
 
 
 #: How often the deviations are squared, so that the largest decide.
 SQUARED = 3
-#: Largest number of moves of every centre.
+#: Largest number of passes in which every centre is moved.
 SWEEPS = 12
 #: Least difference that counts, as a share of the largest output or of a range.
 SAME = 1e-9
@@ -41,15 +41,15 @@ class Side(NamedTuple):
     """Input on a grid."""
 
     values: Floats  # (points,) from the lowest to the highest of its range
-    allowed: Integers  # places in ``values`` at which a centre can lie
-    centres: int  # how many
-    centre_place: int | None  # number of the centre that stays on 0
+    allowed: Integers  # indices in ``values`` at which a centre can lie
+    centres: int  # number of centres
+    centre_place: int | None  # index of the centre that stays on 0; None: none does
 
 
 def fitted(
     grid: Floats, sides: list[Side], inputs: tuple[Variable, Variable]
 ) -> tuple[Integers, Integers]:
-    """Return the places of the centres on both axes."""
+    """Return the indices of the centres in the values of both sides; ``grid`` is the output."""
     coarse = grid[np.ix_(sides[0].allowed, sides[1].allowed)]
     scale = float(np.ptp(coarse)) or 1.0
     axes = [side.values[side.allowed] for side in sides]
@@ -63,14 +63,14 @@ def fitted(
 
 
 def _is_odd(grid: Floats, axes: list[Floats]) -> bool:
-    """True if the output is opposite on the opposite side, apart from its value in the middle."""
+    """True if ranges are symmetric, and opposite outputs have the same sum everywhere."""
     twice = grid + grid[::-1, ::-1]
     ends = [np.abs(axis + axis[::-1]).max() <= SAME * np.ptp(axis) for axis in axes]
     return all(ends) and float(np.ptp(twice)) <= SAME
 
 
 def _even(side: Side, axis: Floats) -> list[int]:
-    """Return evenly spaced places, on either side of 0 if a centre stays there."""
+    """Return indices of evenly spaced centres; if one stays on 0, evenly on each side of it."""
     if side.centre_place is None:
         wanted = np.linspace(axis[0], axis[-1], side.centres)
     else:
@@ -81,7 +81,7 @@ def _even(side: Side, axis: Floats) -> list[int]:
 
 
 def _cores(side: Side, axis: Floats, variable: Variable) -> list[int]:
-    """Return the peaks of the file's terms; [] if their number differs, or no peak is at 0."""
+    """Return indices of the peaks of the file's terms; [] if they cannot be the centres."""
     cores = sorted({core(term.degree(axis)) for term in variable.terms})
     if len(cores) != side.centres or (
         side.centre_place is not None and axis[cores[side.centre_place]] != 0.0
@@ -91,7 +91,7 @@ def _cores(side: Side, axis: Floats, variable: Variable) -> list[int]:
 
 
 def core(degree: Floats) -> int:
-    """Return the peak of a term; for a flat top its middle, or its end if it begins at the edge."""
+    """Return the index of a peak: the middle of a flat top, or its inner end at the edge."""
     highest = np.flatnonzero(degree >= (1.0 - SAME) * degree.max())
     first, last = int(highest[0]), int(highest[-1])
     if first == 0 or last == len(degree) - 1:
@@ -100,7 +100,7 @@ def core(degree: Floats) -> int:
 
 
 def _different(places: list[int], count: int) -> list[int]:
-    """Return the places in ascending order, each at least one behind the one before."""
+    """Return the indices, changed so that they ascend and stay below ``count``."""
     for k in range(1, len(places)):
         places[k] = max(places[k], places[k - 1] + 1)
     for k in range(len(places) - 1, -1, -1):
@@ -111,7 +111,7 @@ def _different(places: list[int], count: int) -> list[int]:
 def _moved(
     grid: Floats, axes: list[Floats], places: list[list[int]], sides: list[Side], odd: bool
 ) -> tuple[float, list[list[int]]]:
-    """Return deviation and places, after each centre has moved to where it is least."""
+    """Return the least deviation that moving one centre at a time finds, and the centres."""
     counts = [len(axis) for axis in axes]
     places = [
         _paired(chosen, count) if odd else [*chosen]
@@ -139,7 +139,7 @@ def _moved(
 
 
 def _tries(chosen: list[int], k: int, count: int, odd: bool) -> Iterator[list[int]]:
-    """Yield the places with centre number ``k`` anywhere between its neighbours."""
+    """Yield the indices of centres with centre ``k`` at each place between its neighbours."""
     low = chosen[k - 1] + 1 if k else 0
     high = chosen[k + 1] if k + 1 < len(chosen) else count
     for place in range(low, min(high, count // 2) if odd else high):
@@ -148,7 +148,7 @@ def _tries(chosen: list[int], k: int, count: int, odd: bool) -> Iterator[list[in
 
 
 def _paired(places: list[int], count: int) -> list[int]:
-    """Return the places with those of the upper half opposite to those of the lower half."""
+    """Return the indices with the upper half as the mirror image of the lower half."""
     half = len(places) // 2
     return [*places[: len(places) - half], *(count - 1 - place for place in places[:half][::-1])]
 
@@ -167,13 +167,13 @@ def _deviation(grid: Floats, within: list[Floats], places: list[list[int]]) -> f
 
 
 def straight(values: Floats, centres: Floats) -> Floats:
-    """Return (values, centres) degrees in triangles from centre to centre, the outermost flat."""
+    """Return degrees (values, centres) of triangles between the centres, flat at both ends."""
     return np.stack([np.interp(values, centres, unit) for unit in np.eye(len(centres))], axis=1)
 
 
-@np.errstate(over="ignore", invalid="ignore")  # of any number in a file
+@np.errstate(over="ignore", invalid="ignore")  # a file may have any number
 def compared_on(base: RuleBase, wanted: tuple[int, int] | None) -> tuple[list[Side], Floats]:
-    """Return both inputs on a grid, and the output there, to which a table is compared.
+    """Return both inputs on a grid, and the output there, to compare a table with it.
 
     Raises:
         ValueError: a range is not finite, or there are values for which no rule fires.
@@ -185,19 +185,19 @@ def compared_on(base: RuleBase, wanted: tuple[int, int] | None) -> tuple[list[Si
 
 @np.errstate(over="ignore", invalid="ignore")
 def sampled(base: RuleBase, wanted: tuple[int, int] | None) -> tuple[System, Json]:
-    """Return the table with ``wanted`` terms for each input, or with as many as the file has.
+    """Return a table with ``wanted`` terms for each input, or with as many as the file has.
 
-    The second result is the provenance of a design: how far it is from its original.
+    The second result is a report for the provenance of a design: how far the table deviates.
 
     Raises:
-        ValueError: as ``compared_on``.
+        ValueError: as for ``compared_on``.
     """
     sides, grid = compared_on(base, wanted)
     centres = fitted(grid, sides, base.inputs)
     x, y = (side.values[places] for side, places in zip(sides, centres, strict=True))
     table = grid[np.ix_(*centres)]
     off = np.abs(straight(sides[0].values, x) @ table @ straight(sides[1].values, y).T - grid)
-    # In a table that is alike on either side of 0 the first of both places.
+    # If several points deviate most, as in a symmetric table, the first one is reported.
     row, column = np.argwhere(off >= (1.0 - SAME) * off.max())[0]
     names = [variable.name.text for variable in base.inputs]
     at = (sides[0].values[row], sides[1].values[column])
@@ -220,7 +220,7 @@ def sampled(base: RuleBase, wanted: tuple[int, int] | None) -> tuple[System, Jso
 
 
 def deviation_told(report: Json, chosen: bool) -> str:
-    """Describe the largest deviation of a table in a line: its place, and the number of points.
+    """Return a line on the largest deviation of a table, with its place and the number of points.
 
     If the number of terms was not ``chosen`` by the user, the line says that there could be more.
     """
@@ -237,7 +237,7 @@ def deviation_told(report: Json, chosen: bool) -> str:
 
 
 def left_out_told(report: Json) -> str:
-    """Describe in a line which pairs of terms have no rule; "" if all have one."""
+    """Return a line on the pairs of terms that have no rule; "" if all pairs have one."""
     pairs = report.get("without_rule", [])
     if not pairs:
         return ""
@@ -269,7 +269,7 @@ def _short(values: Floats) -> Floats:
 
 
 def _on(base: RuleBase, x: Floats, y: Floats) -> Floats:
-    """Return the outputs on a grid; ValueError: there is none at one of its points."""
+    """Return the outputs (x, y) on a grid; ValueError: no rule fires at one of its points."""
     first, second = (part.ravel() for part in np.meshgrid(x, y, indexing="ij"))
     surface = base.outputs(first, second).reshape(len(x), len(y))
     surface[np.abs(surface) < ROUNDING * np.abs(surface).max()] = 0.0
@@ -297,7 +297,7 @@ def _input(variable: Variable, centres: Floats) -> Input:
 
 
 def _labels(given: list[str], centres: list[float]) -> list[str]:
-    """Return the file's own labels if there are as many; else numbers, with their sign beside 0."""
+    """Return labels: the file's if there are as many, else T1, T2, ..., or names with ZR at 0."""
     if len(given) == len(centres):
         return given
     half = len(centres) // 2

@@ -1,6 +1,6 @@
 """Common part of the readers: a system of two inputs with 2 to 11 terms, and a singleton per rule.
 
-What cannot be imported is a ``ValueError`` that starts with the line that it is about; the caller
+What cannot be imported raises a ``ValueError`` that begins with the number of the line; the caller
 adds the file name.
 """
 
@@ -19,7 +19,7 @@ from hfc_design.core.records import TERMS, UserError, either, option
 #: Longest name of a term or variable, see ``records.Label``.
 LONGEST = 32
 PLAIN = re.compile(r"[A-Za-z](_?[A-Za-z0-9])*")
-#: Letters that are written as two, and letters that Unicode has no plain form of.
+#: Replacements of letters that are written as two, or that Unicode cannot decompose.
 WRITTEN = {"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "æ": "ae", "œ": "oe", "ø": "o", "ł": "l"}
 LETTERS = str.maketrans(WRITTEN | {k.upper(): v.title() for k, v in WRITTEN.items() if k != "ß"})
 GREEK = re.compile(r"GREEK (CAPITAL|SMALL) LETTER (\w+)")
@@ -40,8 +40,8 @@ def identifiers(names: Iterable[str], prefix: str, stand_ins: Sequence[str] = ()
     """Return the names as identifiers in every format, all different even in lower case.
 
     An identifier is a letter, then letters, digits and single underscores: other characters become
-    an underscore, ``prefix`` precedes a leading digit. A name of which nothing is left is replaced
-    by its place in ``stand_ins``, or by ``prefix`` with a number from 1 on.
+    an underscore, ``prefix`` precedes a leading digit. A name without any usable character becomes
+    the entry of ``stand_ins`` with the same index, or ``prefix`` with a number from 1 on.
     """
     result: list[str] = []
     taken: set[str] = set()
@@ -60,7 +60,7 @@ def identifiers(names: Iterable[str], prefix: str, stand_ins: Sequence[str] = ()
     return result
 
 
-#: Key -> values that can be imported.
+#: Key -> values that can be imported; []: any value.
 Allowed = dict[str, list[str]]
 #: Language -> block -> ``Allowed``.
 ALLOWED: dict[str, dict[str, Allowed]] = tomllib.loads(
@@ -73,14 +73,14 @@ _SHOULDER = "must be 1 from its centre to the end of the range, as a design's ou
 
 
 class Token(NamedTuple):
-    """Piece of a file's text with its line. Every method may raise its ``fault``."""
+    """Piece of a file's text. Its methods raise its ``fault`` if the text is wrong."""
 
-    line: int
+    line: int  # number of its line, from 1 on
     text: str
-    file: str = ""  # where there are several
+    file: str = ""  # name of the file, if several are read
 
     def fault(self, message: str) -> ValueError:
-        """Return an error that names the line."""
+        """Return an error that names the line, to be raised."""
         return ValueError(f"{self.file and self.file + ': '}line {self.line}: {message}")
 
     def match(self, pattern: re.Pattern[str]) -> "list[Token]":
@@ -138,19 +138,19 @@ class Block(NamedTuple):
         return [value for name, value in self.entries if name == key]
 
     def get(self, key: str, default: str = "") -> Token:
-        """Return the value of a key."""
+        """Return the first value of a key, or else ``default``."""
         return next(iter(self.all(key)), self.name._replace(text=default))
 
 
 def lines(text: str, comment: re.Pattern[str]) -> Iterator[Token]:
-    """Yield the non-empty lines without comments; text in a group of ``comment`` is kept."""
+    """Yield the non-empty lines without comments; text in group 1 of ``comment`` is kept."""
     for line, content in enumerate(text.splitlines(), 1):
         if stripped := comment.sub(r"\1", content).strip():
             yield Token(line, stripped)
 
 
 def chosen(outputs: Sequence[Token], wanted: str | None) -> int:
-    """Return the index of the ``wanted`` output; UserError, ValueError: none or several."""
+    """Return the index of the ``wanted`` output; UserError: unknown; ValueError: must be named."""
     names = [name.text for name in outputs]
     listed = ", ".join(names)
     if wanted is None and len(names) > 1:
@@ -161,7 +161,7 @@ def chosen(outputs: Sequence[Token], wanted: str | None) -> int:
 
 
 def check_known(key: str, value: Token, allowed: Allowed, where: str) -> None:
-    """Refuse an unknown key or value: its meaning is unknown, so that it cannot be left out."""
+    """Raise ValueError for an unknown key or value: it must not be ignored, as it may matter."""
     if key not in allowed:
         raise value.fault(f"{where}: unknown key {key[:40]!r}")
     if allowed[key]:
@@ -169,21 +169,21 @@ def check_known(key: str, value: Token, allowed: Allowed, where: str) -> None:
 
 
 class Shape(NamedTuple):
-    """Term as in a file."""
+    """Shape of a term as in a file: it rises from 0 to 1, stays 1, and falls to 0."""
 
     label: Token
     gaussian: bool
-    left: float  # where it is no longer 0; sigma of a Gaussian
-    low: float  # it is 1 from here
-    high: float  # to here
-    right: float
+    left: float  # where it begins to rise; of a Gaussian, sigma
+    low: float  # where it becomes 1
+    high: float  # up to where it is 1
+    right: float  # where it becomes 0; of a Gaussian, sigma
 
     def fault(self, message: str) -> ValueError:
         """Return an error about the term; the label precedes the message."""
         return self.label.fault(f"term {self.label.text}{message}")
 
     def centre(self, lowest: float, highest: float) -> float:
-        """Return the place of degree 1, for a Gaussian the middle; else it must be a triangle."""
+        """Return the middle of a Gaussian, the peak of a triangle, the inner end of a flat top."""
         if self.gaussian:
             return 0.5 * (self.low + self.high)
         if self.low == self.high:
@@ -200,8 +200,8 @@ class Shape(NamedTuple):
 def shape_of(label: Token, kind: str, letters: str, numbers: Sequence[float]) -> Shape:
     """Return the term with these parameters; ValueError: a design cannot have it.
 
-    ``letters`` are those of left, low, high and right: a for the first parameter and so on;
-    - and + are infinite.
+    ``letters`` stand for left, low, high and right: a is the first of ``numbers``, b the second and
+    so on, - is minus infinity, + is infinity.
     """
     ends = {"-": -inf, "+": inf} | dict(zip("abcd", numbers, strict=False))
     left, low, high, right = (ends[letter] for letter in letters)
@@ -220,15 +220,15 @@ def shape_of(label: Token, kind: str, letters: str, numbers: Sequence[float]) ->
 
 
 class Input(NamedTuple):
-    """Input with a design's terms from the lowest to the highest."""
+    """Input of a system, with its terms from the lowest to the highest."""
 
     name: Token
     low: float
     high: float
     labels: list[str]  # in the order of the file
-    order: list[int]  # of each term the place of its label
+    order: list[int]  # index in ``labels`` of each of ``terms``
     terms: list[Shape]
-    triangles: list[TriangleRecord]  # the same, if they are straight
+    triangles: list[TriangleRecord]  # the terms as triangles; [] if they are Gaussian
 
 
 class Singleton(NamedTuple):
@@ -239,7 +239,7 @@ class Singleton(NamedTuple):
 
 
 class Output(NamedTuple):
-    """Output; empty or infinite fields are not in the file."""
+    """Output of a system; empty or infinite fields are not in the file."""
 
     name: str
     low: float = -inf
@@ -248,12 +248,12 @@ class Output(NamedTuple):
 
 
 class System(NamedTuple):
-    """System in a file; rules by the indices of the first and the second input's labels."""
+    """System in a file; a key of ``rules`` has the indices of the labels of both inputs."""
 
     name: str  # "": none
     inputs: tuple[Input, Input]
     output: Output
-    rules: dict[tuple[int, int], tuple[Token, Singleton]]  # -> what says so, what it concludes
+    rules: dict[tuple[int, int], tuple[Token, Singleton]]  # -> its text, its conclusion
     #: Signal of each input, if the file names it.
     signals: tuple[str, str] | None = None
     notes: Sequence[str] = ()  # for the user
@@ -302,7 +302,7 @@ def input_of(name: Token, low: float, high: float, shapes: Sequence[Shape]) -> I
 def _triangle(
     low: float, high: float, label: str, centre: float, term: Shape, end: str
 ) -> TriangleRecord:
-    """Return a triangle; the outermost terms are 1 up to the end of the range and beyond."""
+    """Return a term as a triangle; the outermost stay 1 beyond the range. ValueError: not one."""
     lowest, highest = end == "lowest", end == "highest"
     if lowest and not term.low <= low <= centre:
         raise term.fault(f", the lowest, {_SHOULDER}")

@@ -14,7 +14,7 @@ PRINTED = 5
 
 
 def page(comparison: Comparison, command: str = "") -> Page:
-    """The page; the same comparison gives the same bytes. ``command`` repeats it in a shell."""
+    """Return the page; equal comparisons give equal bytes. ``command`` repeats it in a shell."""
     names = list(comparison.designs)
     bouts = {bout.name: _shown(comparison, bout) for bout in comparison.bouts}
     motions = [bouts[bout.name] for bout in comparison.bouts if bout.scenario is not None]
@@ -46,7 +46,7 @@ def page(comparison: Comparison, command: str = "") -> Page:
 
 
 def _origins(comparison: Comparison) -> Table:
-    """Table of the designs."""
+    """Return a table of the designs with their kinds and origins."""
     rows = [
         [name, design.controller.kind, str(design.provenance.get("source", "a search"))]
         for name, design in comparison.designs.items()
@@ -56,7 +56,7 @@ def _origins(comparison: Comparison) -> Table:
 
 
 def _shown(comparison: Comparison, bout: MotionComparison) -> Json:
-    """Content of the page for a motion: tables, and curves unless it stands for all motions."""
+    """Return the content for a motion: tables; also curves, if it is not all motions together."""
     values: Json = {
         "name": bout.name,
         "metrics": tables.metric_table(comparison, bout),

@@ -38,11 +38,11 @@ SLICES = 150
 MANY = 100.0
 #: Round steps for an axis of less than a decade.
 ROUND = MaxNLocator(6, steps=[1, 2, 5, 10])
-#: Deviations from a path are rough.
+#: Line width of deviations from a path, which are rough curves.
 THIN = {"lw": 1.0}
 #: Points of a circle, and slices of a deviation from a path.
 AROUND = 360
-#: Share of the radius of a division on the plot of a ball bar.
+#: Width of a division on the plot of a ball bar, as a share of the radius.
 BAR = 0.14
 #: Ratios that are further from 1 are drawn at the edge.
 FURTHEST = 1000.0
@@ -51,10 +51,10 @@ SIZE = 8.0
 
 
 def machines(comparison: Comparison) -> Figure:
-    """Error of every design in every motion: from the 5 % to the 95 % machine, and the median.
+    """Draw the error of every design in every motion: from the 5 % to the 95 % machine, the median.
 
     A line that ends in a triangle continues to machines that are not stable; the share of stable
-    machines is to the right of it.
+    machines is to the right of the line.
     """
     bouts = [bout for bout in comparison.bouts if bout.scenario is not None]
     names = list(comparison.designs)
@@ -95,13 +95,13 @@ def machines(comparison: Comparison) -> Figure:
 def _right_of(
     axes: Axes, text: str, at: tuple[float, float], off: tuple[int, int], y: str, **look: Any
 ) -> None:
-    """A small text right of the axes, shifted by ``off`` [pt]; ``y`` is its height's coordinate."""
+    """Write a text right of the axes, shifted by ``off`` [pt]; ``y``: the vertical coordinates."""
     places: Any = {"xycoords": ("axes fraction", y), "textcoords": "offset points"}
     axes.annotate(text, at, xytext=off, fontsize=7.5, **places, **look)
 
 
 def _rows(axes: Axes, motions: Sequence[str], designs: dict[int, str], size: float) -> None:
-    """Name the rows: for each motion, one per design by the number of its colour, and a gap."""
+    """Label the rows: for each motion one per design (number of the colour -> name), and a gap."""
     count = len(designs)
     middle = np.arange(len(motions)) * (count + 1) + 0.5 * (count - 1)
     axes.set_yticks(middle, motions, fontsize=SIZE, parse_math=False)
@@ -112,12 +112,12 @@ def _rows(axes: Axes, motions: Sequence[str], designs: dict[int, str], size: flo
 
 
 def motion_label(name: str) -> str:
-    """The name of a motion beside an axis, in two lines at most."""
+    """Return the label of a motion beside an axis, in two lines at most."""
     return fill(plain(name, 26), 14)
 
 
 def _few_decades(axes: Axes) -> None:
-    """Ticks of a logarithmic x axis with plain numbers if powers of ten would be too few."""
+    """Give a logarithmic x axis ticks with plain numbers if powers of ten would be too few."""
     low, high = axes.get_xlim()
     if high > MANY * low:
         return
@@ -130,7 +130,7 @@ def _few_decades(axes: Axes) -> None:
 
 
 def motions(bout: MotionComparison, shown: Sequence[Panel]) -> Figure:
-    """The panels below each other."""
+    """Draw the panels ``shown`` of a motion, one below the other."""
     time = next(iter(bout.results.values())).motion.time
     figure, places = stacked(shown, legend_room(len(bout.results) + 1, 3))
     for axes, panel in zip(places, shown, strict=True):
@@ -144,7 +144,7 @@ def motions(bout: MotionComparison, shown: Sequence[Panel]) -> Figure:
 
 
 def _drawn(time: Floats, values: Floats) -> tuple[Floats, Floats]:
-    """Two points of each slice of time, at its beginning and in its middle."""
+    """Return a curve with lowest and highest value of each slice, at its beginning and middle."""
     drawn, size = extremes(values, SLICES)
     if size == 1:
         return time, drawn
@@ -152,15 +152,15 @@ def _drawn(time: Floats, values: Floats) -> tuple[Floats, Floats]:
 
 
 def legend_room(names: int, columns: int) -> float:
-    """Room for a legend of so many names [in]."""
+    """Return the height of a legend of so many names [in]."""
     return 0.25 + 0.17 * ceil(names / columns)
 
 
 def contours(bout: MotionComparison) -> tuple[Figure, str] | None:
-    """Deviations of all designs from a path in X-Y, with their magnification; None: no such path.
+    """Draw the deviations of all designs from a path in X-Y; also return the scale as a text.
 
     They are drawn normal to the path; around a circle by angle, as on a ball bar plot. Diverged
-    motions are left out.
+    motions are left out. None: no design has such a path.
     """
     labels = distinct(bout.results, 24)
     paths = ((k, name, one.motion.contour) for k, (name, one) in enumerate(bout.results.items()))
@@ -188,7 +188,7 @@ Known = list[tuple[dict[str, Any], Contour]]  # how each design is drawn, and it
 
 
 def _ball_bar(figure: Figure, known: Known, division: float) -> tuple[Axes, str]:
-    """The radius against the angle."""
+    """Draw the radius against the angle; return the axes, and the scale as a text."""
     axes = figure.add_subplot(projection="polar")
     assert isinstance(axes, PolarAxes)
     axes.plot(np.linspace(0.0, 2 * np.pi, AROUND), np.ones(AROUND), color="black", lw=0.9)
@@ -211,7 +211,7 @@ def _ball_bar(figure: Figure, known: Known, division: float) -> tuple[Axes, str]
 
 
 def _across(figure: Figure, known: Known, division: float) -> tuple[Axes, str]:
-    """The path with the deviations across it."""
+    """Draw the path with the deviations across it; return the axes, and the scale as a text."""
     path = known[0][1]
     trajectory = path.planar
     axes = figure.subplots()
@@ -224,7 +224,7 @@ def _across(figure: Figure, known: Known, division: float) -> tuple[Axes, str]:
 
 
 def _rough(error: Floats) -> Indices:
-    """Samples that a picture needs, including those with the largest errors."""
+    """Return indices of the samples that a picture needs, including those of largest errors."""
     size = max(len(error) // AROUND, 1)
     starts = np.arange(0, len(error), size)
     parts = np.split(np.abs(error), starts[1:])
@@ -233,7 +233,7 @@ def _rough(error: Floats) -> Indices:
 
 
 def ratios(comparison: Comparison) -> Figure:
-    """Median ratio and its interval, of the first design to every other one, a row per motion.
+    """Draw the median ratio, with interval, of the first design to each other; a row per motion.
 
     One column for the first metric of each motion, and one for the change of the command.
     """
@@ -288,7 +288,7 @@ def _forest(axes: Axes, drawn: Sequence[tuple[int, int, Difference]]) -> None:
     axes.set_xscale("log")
     axes.set_xlim(1 / most, most)
     last = floor(log10(most)) if most >= 10.0 else 0
-    # Three numbers, which stand apart in a narrow column too.
+    # Only three numbers, so that they do not touch in a narrow column.
     step = 10.0**last if last else 5.0 if most >= 5.0 else 2.0
     axes.set_xticks([1 / step, 1.0, step], [f"{x:g}" for x in (1 / step, 1.0, step)], fontsize=SIZE)
     axes.set_xticks([10.0**k for k in range(-last, last + 1)], minor=True)

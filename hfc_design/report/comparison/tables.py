@@ -23,9 +23,9 @@ from hfc_design.simulation.repeats import range_text
 
 #: Heads of the columns of ``difference_row`` after the two designs.
 DIFFERENCE_HEAD = ["median ratio", "better on", "p (Holm)", "both stable", "only one", "neither"]
-#: Those of them that fit a terminal beside a name.
+#: Number of columns of a ``difference_table`` that fit a terminal.
 FIRST = 5
-#: What the columns of a difference are, of so many comparisons.
+#: Explanation of ``DIFFERENCE_HEAD``; the number of all comparisons is inserted.
 DIFFERENCES = (
     "median ratio of the first to the second with an interval of 95 %, share on which the first is "
     "better, p of Wilcoxon’s signed-rank test after Holm’s correction for all {} comparisons, and "
@@ -40,7 +40,7 @@ BEST = "* the best of a row; an unstable machine ranks below all others"
 
 
 def tables(comparison: Comparison) -> list[Table]:
-    """Tables of every motion, then the differences of the first design from the others."""
+    """Return tables of every motion, then the differences of the first design from the others."""
     keys = ((bout, key) for bout in comparison.bouts for key in bout.compared())
     differences = [
         difference_table(comparison, bout, key)
@@ -57,7 +57,7 @@ def tables(comparison: Comparison) -> list[Table]:
 
 
 def metric_table(comparison: Comparison, bout: MotionComparison, every: bool = False) -> Table:
-    """Table of ``metric_rows``, a column for each design."""
+    """Return a table of ``metric_rows``, a column for each design."""
     rows, places = metric_rows(bout, every)
     machines = f"{comparison.machines} machines within {comparison.within}"
     caption = f"{bout.name}: {(EVERY if every else MAIN).format(machines)}"
@@ -71,7 +71,7 @@ def metric_table(comparison: Comparison, bout: MotionComparison, every: bool = F
 def metric_rows(
     bout: MotionComparison, every: bool = False
 ) -> tuple[list[list[str]], list[list[int]]]:
-    """Stability and metrics of the designs, the most important first, and places of the best.
+    """Return rows with stability and metrics of the designs, and the indices of the best cells.
 
     Each compared metric has the median machine, the first one also the nominal machine and the 95 %
     quantile; with ``every``, all metrics have all three. A row is the metric ("": that of the row
@@ -94,7 +94,7 @@ def metric_rows(
             "95 %": [side.quantile(key, NEARLY_ALL) for side in sides],
         }
         if all(value is None for values in of.values() for value in values):
-            continue  # nobody has settled, say
+            continue  # no design has settled, for example
         name, factor = titled(key, bout.meanings[key], of["nominal"] + of["median"])
         for what in of if every or key == compared[0] else ("median",):
             each = zip(of[what], sides, strict=True)
@@ -107,9 +107,9 @@ def metric_rows(
 
 
 def titled(key: str, meaning: str, values: Sequence[float | None]) -> tuple[str, float]:
-    """Title of a metric with a unit for numbers of this size, and the factor to this unit.
+    """Return the title of a metric with a unit that suits ``values``, and the factor to this unit.
 
-    Its ``meaning`` ends with its unit; the ``meaning`` of a score is its title.
+    The ``meaning`` of a metric ends with its unit; the ``meaning`` of a score is its title.
     """
     if key in SCORES:
         return meaning, 1.0
@@ -120,12 +120,12 @@ def titled(key: str, meaning: str, values: Sequence[float | None]) -> tuple[str,
 
 
 def called(bout: MotionComparison, key: str) -> str:
-    """Title of a metric of a motion, without a unit."""
+    """Return the title of a metric of a motion, without a unit."""
     return bout.meanings[key] if key in SCORES else metric(key, bout.meanings[key])[0]
 
 
 def between(low: float, high: float, write: Callable[[float], str] = three_digits) -> str:
-    """Text of an interval."""
+    """Return the text of an interval."""
     return f"{write(low)}–{write(high)}"
 
 
@@ -140,7 +140,7 @@ def _cell(value: float | None, factor: float, side: DesignStatistics, what: str,
 
 
 def best(values: Sequence[float | None], sign: int) -> list[int]:
-    """Places of the least ``sign`` times a value; none if all are alike."""
+    """Return the indices of the least ``sign`` times value; none if all values are equal."""
     known = [sign * x for x in values if x is not None]
     if not known or (len(known) == len(values) and max(known) == min(known)):
         return []
@@ -148,7 +148,7 @@ def best(values: Sequence[float | None], sign: int) -> list[int]:
 
 
 def difference_table(comparison: Comparison, bout: MotionComparison, key: str) -> Table:
-    """Differences of the first design from the others by a metric."""
+    """Return a table of the differences of the first design from the others in a metric."""
     first = next(iter(comparison.designs))
     rows = [
         [one.second, *difference_row(one)]
@@ -163,7 +163,7 @@ def difference_table(comparison: Comparison, bout: MotionComparison, key: str) -
 
 
 def other_differences(comparison: Comparison, bout: MotionComparison) -> Table:
-    """All differences in a motion other than those of its first ``difference_table``."""
+    """Return all differences in a motion that its first ``difference_table`` does not have."""
     main, first = bout.compared()[0], next(iter(comparison.designs))
     rows = [
         [x.first, x.second, called(bout, x.metric), *difference_row(x)]
@@ -177,7 +177,7 @@ def other_differences(comparison: Comparison, bout: MotionComparison) -> Table:
 
 
 def difference_row(one: Difference) -> list[str]:
-    """A difference as a row of a table, after the names of the two designs."""
+    """Return the cells ``DIFFERENCE_HEAD`` of a difference."""
     low, high = (100.0 * x for x in one.better_interval)
     ratio = ratio_text(one.ratio)
     if one.ratio_interval:
@@ -188,19 +188,19 @@ def difference_row(one: Difference) -> list[str]:
 
 
 def ratio_text(value: float) -> str:
-    """Text of a ratio: 0 if only the first, infinite if only the second is stable."""
+    """Return the text of a ratio: 0 if only the first design is stable, ∞ if only the second."""
     if isnan(value):
         return MISSING
     return f"{value:.3g}" if isfinite(value) else "∞"
 
 
 def p_text(p: float) -> str:
-    """Text of a probability."""
+    """Return the text of a probability."""
     return "< 0.0001" if p < 1e-4 else f"{p:.2g}"
 
 
 def failures(comparison: Comparison) -> Iterator[str]:
-    """Designs that are not stable on every machine, a line for each motion."""
+    """Yield a line for each motion in which designs are not stable on every machine."""
     for bout in comparison.bouts:
         lost = {name: int((~side.stable).sum()) for name, side in bout.sides.items()}
         unstable = [
@@ -214,7 +214,7 @@ def failures(comparison: Comparison) -> Iterator[str]:
 
 
 def rows(comparison: Comparison) -> list[list[object]]:
-    """Every design on every machine in every motion, with a head; machine 0 is the nominal one."""
+    """Return a head, and a row for each design, machine (0: the nominal one) and motion."""
     bouts = [bout for bout in comparison.bouts if bout.scenario]
     keys = list(dict.fromkeys(key for bout in bouts for key in bout.meanings))
     drawn = {bout.name: _parameters(bout) for bout in bouts}
@@ -235,7 +235,7 @@ def rows(comparison: Comparison) -> list[list[object]]:
 
 
 def _parameters(bout: MotionComparison) -> dict[str, Floats]:
-    """Every parameter of the machines, (1 + machines,) each, the nominal machine first."""
+    """Return each parameter of the machines, (1 + machines,), the nominal machine first."""
     first = next(iter(bout.results.values()))
     each = zip(first.motion.axes, first.machines.actual, strict=True)
     several = len(first.machines.actual) > 1

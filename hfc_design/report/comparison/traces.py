@@ -17,7 +17,7 @@ SLICES = 600
 
 
 def panels(bout: MotionComparison) -> list[Panel]:
-    """Contour and orientation error on paths, then error, command, velocity, position per axis.
+    """Return panels of contour and orientation, then error, command, velocity, position per axis.
 
     The motion is that of the nominal machine. A diverged motion ends where it runs away.
     """
@@ -40,7 +40,7 @@ def panels(bout: MotionComparison) -> list[Panel]:
 
 
 def _curves(axis: AxisMotion) -> dict[str, tuple[str, Callable[[AxisMotion], Floats]]]:
-    """Quantity of an axis -> the signal that has its unit, and its values."""
+    """Return quantity of an axis -> the signal with the same unit, a function for the values."""
     return {
         "error": ("error", lambda axis: axis.motion.error),
         axis.drive.command_name: ("command", lambda axis: axis.motion.command),
@@ -56,7 +56,7 @@ def _panel(
     curves: dict[str, Floats],
     reference: Floats | None = None,
 ) -> Panel:
-    """The curves in a unit that suits the largest of them that did not diverge."""
+    """Return the curves in a unit that suits the largest value of motions that did not diverge."""
     cut = {}
     for name, values in curves.items():
         end = drawn_samples(each[name])
@@ -69,9 +69,9 @@ def _panel(
 
 
 def extremes(values: Floats, slices: int = SLICES) -> tuple[Floats, int]:
-    """(2 slices,) the lowest and the highest of each slice in order, and samples in a slice.
+    """Return the lowest and highest value of each slice in order, and the samples in a slice.
 
-    The values themselves, in slices of 1, if there are no more of them than that.
+    The values are (2 slices,). If there are no more values than that, return them unchanged, and 1.
     """
     size = -(-len(values) // slices)
     if size <= 2:
@@ -85,7 +85,7 @@ def extremes(values: Floats, slices: int = SLICES) -> tuple[Floats, int]:
 
 
 def data(bout: MotionComparison, shown: list[Panel]) -> Json:
-    """Data for the page's script: every curve as 32-bit floats, little-endian, in base64."""
+    """Return data for the page's script: curves as 32-bit floats, little-endian, in base64."""
     first = next(iter(bout.results.values())).motion
     every = float(first.time[1] - first.time[0]) if len(first.time) > 1 else 1.0
     _, size = extremes(first.time)

@@ -20,14 +20,14 @@ from hfc_design.search.distribution import WHOLE, Distribution, begun, drawn, le
 from hfc_design.search.strategy import Probability, Strategy, StrategySettings, Task
 from hfc_design.search.successive_halving import heats
 
-#: How often it is asked in a search which machines are hard, if they were from the start.
+#: The hard machines are determined again after every 1 / ``ASKING`` of the generations.
 ASKING = 18
-#: How often samples are drawn in place of those that are broken before anything is simulated.
+#: How often samples that violate constraints before any simulation are replaced by new ones.
 AGAIN = 3
-#: Number of first means that are drawn, their spread in first standard deviations, and number of
-#: generations in which the best of them are simulated.
+#: If the first mean violates constraints: number of other means that are drawn, their spread in
+#: first standard deviations, and how many populations of the best of them are simulated.
 MANY, WIDE, TRIED = 2048, 4.0, 6
-#: Averages that are kept on the way: of few machines the last one need not be the soundest.
+#: Number of averages that are kept: on few machines the last one need not look the best.
 TRAIL = 40
 
 
@@ -49,22 +49,22 @@ class CmaState(NamedTuple):
 
     population: Population  # (islands,) the means
     score: Floats  # (islands,) of the means when they were last judged
-    about: Population  # (1,) what the stage before ended with, in the first anything
-    trail: Population  # (``TRAIL``,) averages of means in the last half, at even intervals
-    islands: Distribution  # each leaf with an axis of islands in front
-    hard: Integers  # numbers of the machines that are hard for the best mean; none: not asked yet
+    about: Population  # (1,) result of the previous stage; in the first stage any individual
+    trail: Population  # (``TRAIL``,) averages of means, at even intervals of the last half
+    islands: Distribution  # arrays with the islands in the leading axis
+    hard: Integers  # indices of the machines that are hard for the best mean; empty: not known yet
 
 
 class Asked(NamedTuple):
-    """Samples of one island, and its mean as the last."""
+    """Samples of one island; the last one is the mean of the island."""
 
     population: Population
     points: Floats  # (n, size)
     island: int
     stage: int
-    machines: Integers | None  # that are hard
-    broken: Floats | None  # (n,) by how much each breaks what is known of it, see ``Task.broken``
-    structures: int  # that still compete
+    machines: Integers | None  # indices of the hard ones; None: not known yet
+    broken: Floats | None  # (n,) violations known without a simulation, see ``Task.broken``
+    structures: int  # number of structures that still compete
 
 
 class Place(NamedTuple):
@@ -76,25 +76,25 @@ class Place(NamedTuple):
 
 
 class Cma(NamedTuple):
-    """Ask and tell, one island a generation in turn."""
+    """The strategy; in each generation it samples one of the islands, in turn."""
 
     settings: CmaSettings
     task: Task
 
     def start(self, rng: np.random.Generator) -> tuple[CmaState, Asked]:
-        """The first stage about the genome's first individual."""
+        """Return state and samples of the first stage, around the genome's first individual."""
         about, place = taken(self.task.genome.empty(), slice(1)), self._place(0)
         return self._candidates(self._begun(place, about, rng), place, rng)
 
     def ask(
         self, state: CmaState, generation: int, rng: np.random.Generator
     ) -> tuple[CmaState, Asked]:
-        """Samples of the next island; at its time, of the next stage or of fewer islands."""
+        """Return state and samples of the next island; a stage or a heat of islands may end."""
         place = self._place(generation)
         state = self._hardened(self._remembered(state, generation), generation)
         if place.stage != self._place(generation - 1).stage:
             best = int(np.argmax(state.score))
-            good = bool(np.isfinite(state.score[best]))  # else the stage has led nowhere
+            good = bool(np.isfinite(state.score[best]))  # else all means of the stage failed
             about = taken(state.population, np.array([best])) if good else state.about
             state = self._begun(place, about, rng, state)
         elif place.room < len(state.score):
@@ -108,7 +108,7 @@ class Cma(NamedTuple):
         return self._candidates(state, place, rng)
 
     def tell(self, state: CmaState, candidates: Asked, score: Floats) -> CmaState:
-        """The island after its samples have been scored."""
+        """Return the state in which the sampled island has learned from its scores."""
         k, stage = candidates.island, self._stage(state.about, candidates.stage)
         before = Distribution(*(leaf[k] for leaf in state.islands))
         after = learnt(before, candidates.points[:-1], score[:-1])
@@ -122,7 +122,7 @@ class Cma(NamedTuple):
         )
 
     def _remembered(self, state: CmaState, generation: int) -> CmaState:
-        """State with the average of the present best means in the trail, if it is time."""
+        """Return the state; at even intervals, put the best island's average into the trail."""
         total = self.settings.generations
         every = max(total // (2 * TRAIL), 1)
         behind = generation - (total - every * TRAIL)
@@ -134,7 +134,7 @@ class Cma(NamedTuple):
         return state._replace(trail=replaced(state.trail, np.array([behind // every]), average))
 
     def _hardened(self, state: CmaState, generation: int) -> CmaState:
-        """State with the machines that are hardest at present, if it is time."""
+        """Return the state; at even intervals, determine the hard machines of the best mean."""
         total, hardest = self.settings.generations, self.task.hardest
         behind = generation - round((1.0 - self.settings.hardened) * total)
         if hardest is None or behind < 0 or behind % max(total // ASKING, 1):
@@ -179,7 +179,7 @@ class Cma(NamedTuple):
         return CmaState(population, np.full(place.room, -np.inf), about, trail, each, hard)
 
     def _promising(self, stage: Stage, mean: Floats, tree: Integers) -> Integers:
-        """The structures; if they are many, one generation of them, the best at ``mean`` first."""
+        """Return the structures; if more than can compete, some of them, best at ``mean`` first."""
         if self.task.worth is None or len(tree) <= self.settings.trees:
             return tree
         tree = tree[: self.settings.population]
@@ -189,10 +189,10 @@ class Cma(NamedTuple):
     def _apart(
         self, stage: Stage, one: Distribution, count: int, rng: np.random.Generator
     ) -> Floats:
-        """(``count``, size) first means; different starts may end in different optima.
+        """Return first means (``count``, size); different starts may end in different optima.
 
-        The first is that of the stage, unless it is broken. Then all are the best of many, from far
-        around, of which those that are broken least are simulated.
+        The first mean is that of the stage, unless it has a violation that is known at once. Then
+        many are drawn, those with the least violation are simulated, and the best are returned.
         """
         means = one.mean + one.step * rng.standard_normal((count, one.mean.size))
         means[0] = one.mean
@@ -202,7 +202,7 @@ class Cma(NamedTuple):
         many = one.mean + WIDE * one.step * rng.standard_normal((MANY, one.mean.size))
         off = broken(stage.members(many, tree))
         some = many[np.argsort(off, kind="stable")[: TRIED * self.settings.population]]
-        each = np.array_split(some, TRIED)  # in the program of a generation
+        each = np.array_split(some, TRIED)  # each of the size of a generation
         rank = np.concatenate([worth(stage.members(x, tree[: len(x)])) for x in each])
         return np.asarray(some[np.argsort(-rank, kind="stable")[:count]])
 
@@ -225,9 +225,9 @@ class Cma(NamedTuple):
     def _drawn(
         self, distribution: Distribution, stage: Stage, tree: Integers, rng: np.random.Generator
     ) -> tuple[Floats, Floats | None]:
-        """(n, size) samples that are not broken, or those that are least, and the mean.
+        """Return the samples with the least known violations, then the mean, (n, size).
 
-        And by how much each of them is, if that is known.
+        Also return the violation of each, (n,); None if it is not known without a simulation.
         """
         count, broken = self.settings.population - 1, self.task.broken
         points, mean = drawn(distribution, count, rng), distribution.mean[None]

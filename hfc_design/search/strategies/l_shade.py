@@ -31,7 +31,7 @@ class LShadeSettings(Ordered, Bounds, StrategySettings):
 
 
 class LShadeState(NamedTuple):
-    """Individuals as points about one of them; after the first generation only that one."""
+    """Individuals as points around the best first one; after one generation only this one."""
 
     population: Population  # (n,)
     score: Floats  # (n,)
@@ -43,18 +43,18 @@ class Asked(NamedTuple):
     """A trial for every individual."""
 
     population: Population
-    trials: Trials  # before there are individuals: of no factors
-    needed: Floats | None  # (n,) score of the individual that a trial has to beat
+    trials: Trials  # without factors in the first two generations
+    needed: Floats | None  # (n,) score of the individual that each trial has to beat
 
 
 class LShade(NamedTuple):
-    """Ask and tell; everything that changes is in ``LShadeState``."""
+    """The strategy; everything that changes is in ``LShadeState``."""
 
     settings: LShadeSettings
     task: Task
 
     def start(self, rng: np.random.Generator) -> tuple[None, Asked]:
-        """First individuals on as many structures as there are."""
+        """Return first individuals, evenly distributed over the structures."""
         genome, count = self.task.genome, self.settings.population
         tree = np.sort(rng.permutation(genome.structures)[np.arange(count) % genome.structures])
         population = genome.fresh(tree, rng)
@@ -66,7 +66,7 @@ class LShade(NamedTuple):
     def ask(
         self, state: LShadeState, generation: int, rng: np.random.Generator
     ) -> tuple[LShadeState, Asked]:
-        """A cloud about the best of the first, then trials of fewer and fewer individuals."""
+        """Return random points around the best first individual; later, trials of ever fewer."""
         chart = self._coordinates(state.about)
         if not len(state.points.places):
             cloud = rng.standard_normal((self.settings.population, chart.size))
@@ -83,7 +83,7 @@ class LShade(NamedTuple):
         return state, Asked(chart.members(trials.places), trials, state.score)
 
     def tell(self, state: LShadeState | None, candidates: Asked, score: Floats) -> LShadeState:
-        """Every individual is replaced by its trial if that is no worse."""
+        """Return the state in which a trial replaces its individual if the trial is no worse."""
         population, trials, _ = candidates
         if state is None:
             best = np.array([int(np.argmax(score))])
@@ -92,7 +92,7 @@ class LShade(NamedTuple):
             return LShadeState(about, score[best], about, nowhere)
         if not len(state.points.places):
             return LShadeState(population, score, state.about, begun(trials.places))
-        with np.errstate(invalid="ignore"):  # of two that failed
+        with np.errstate(invalid="ignore"):  # if both failed
             gained = np.nan_to_num(score - state.score, nan=0.0, posinf=np.inf, neginf=-np.inf)
         won = np.flatnonzero(gained >= 0.0)
         return LShadeState(
@@ -109,7 +109,7 @@ class LShade(NamedTuple):
         return chart
 
     def _room(self, generation: int) -> int:
-        """Individuals in a generation, from ``population`` down to ``last``."""
+        """Return the number of individuals of a generation, from ``population`` to ``last``."""
         s = self.settings
         share = (generation - 1) / max(s.generations - 2, 1)
         return max(round(s.population + (s.last - s.population) * share), 4)

@@ -40,20 +40,20 @@ class LinLeeSettings(StrategySettings):
 class LinLeeState(NamedTuple):
     """A generation, the best individual first."""
 
-    genes: Integers  # (n, inputs) heap unit that each input enters
+    genes: Integers  # (n, inputs) number of the unit, in heap order, that each input enters
     population: Hierarchies
     score: Floats  # (n,)
 
 
 class Asked(NamedTuple):
-    """The next generation and the genes it was decoded from."""
+    """The next generation, and the genes from which it was decoded."""
 
     genes: Integers
     population: Hierarchies
 
 
 class LinLee(NamedTuple):
-    """Ask and tell of the paper's algorithm.
+    """The paper's algorithm.
 
     Assumptions where the paper is silent: each number mutates with probability beta by
     ``(2 r - 1) A_max`` with r uniform in (0, 1); fresh consequents are a common level plus a spread
@@ -68,7 +68,7 @@ class LinLee(NamedTuple):
         return cast(HierarchicalGenome, self.task.genome)  # see ``_fault``
 
     def start(self, rng: np.random.Generator) -> tuple[None, Asked]:
-        """n random valid individuals (steps 2 and 3)."""
+        """Return n random valid individuals (steps 2 and 3)."""
         inputs = len(self._genome.scales)
         units = hierarchy.unit_count(inputs)
         genes = _valid(lambda: [rng.integers(units, size=inputs)], self.settings.population)
@@ -77,7 +77,7 @@ class LinLee(NamedTuple):
     def ask(
         self, state: LinLeeState, generation: int, rng: np.random.Generator
     ) -> tuple[LinLeeState, Asked]:
-        """Elite, crossed and mutated thirds (step 5)."""
+        """Return a third each of elite, crossed and mutated individuals (step 5)."""
         count = len(state.score)
         third = max(count // 3, 1)
         elite = Asked(state.genes[:third], taken(state.population, slice(third)))
@@ -88,7 +88,7 @@ class LinLee(NamedTuple):
         return state, Asked(genes, joined(*(part.population for part in parts)))
 
     def tell(self, state: LinLeeState | None, candidates: Asked, score: Floats) -> LinLeeState:
-        """The new population replaces the old one (step 6)."""
+        """Replace the old population by the new one (step 6)."""
         order = np.argsort(-score, kind="stable")
         return LinLeeState(
             candidates.genes[order], taken(candidates.population, order), score[order]
@@ -109,7 +109,7 @@ class LinLee(NamedTuple):
         )
 
     def _crossed(self, state: LinLeeState, count: int, rng: np.random.Generator) -> Asked:
-        """Two-point crossover of the structure bits, weighted average of the rest (step 5b)."""
+        """Return children: structure bits by two-point crossover, numbers averaged (step 5b)."""
         genes = _valid(lambda: self._crossed_genes(state, rng), count)
         children = self._fresh(genes, rng)
         gains, consequents = children.gains.copy(), children.consequents.copy()
@@ -131,16 +131,16 @@ class LinLee(NamedTuple):
         return Asked(genes, children._replace(gains=gains, consequents=consequents))
 
     def _crossed_genes(self, state: LinLeeState, rng: np.random.Generator) -> Integers:
-        """Structures of a pair of parents, crossed with probability p_c1; not all are valid."""
+        """Return the genes of two random parents, crossed with probability p_c1, valid or not."""
         pair = _bits(state.genes[rng.choice(len(state.genes), 2, replace=False)])
-        # Two inputs have no bits.
+        # With two inputs there is one structure, and no bits.
         if rng.random() < self.settings.structure_crossover and pair.size:
             one, two = np.sort(rng.choice(pair.shape[1] + 1, 2, replace=False))
             pair = two_point(pair, int(one), int(two))
         return _genes(pair, state.genes.shape[1])
 
     def _mutated(self, state: LinLeeState, count: int, rng: np.random.Generator) -> Asked:
-        """Random parents with flipped structure bits and moved numbers (step 5c)."""
+        """Return random parents with flipped structure bits and changed numbers (step 5c)."""
         s = self.settings
         chosen = rng.choice(len(state.genes), count, replace=False)
         bits, share = _bits(state.genes[chosen]), s.structure_mutation
@@ -164,7 +164,7 @@ class LinLee(NamedTuple):
 
 
 def two_point(pair: Mask, first: int, behind: int) -> Mask:
-    """Two bit strings (2, bits) with the places ``first`` to ``behind - 1`` exchanged."""
+    """Return two bit strings (2, bits) with the places ``first`` to ``behind - 1`` exchanged."""
     crossed = pair.copy()
     crossed[:, first:behind] = pair[::-1, first:behind]
     return crossed
@@ -172,13 +172,13 @@ def two_point(pair: Mask, first: int, behind: int) -> Mask:
 
 @cache
 def _tree_index(gene: tuple[int, ...]) -> int | None:
-    """Index in ``hierarchy.trees`` that a gene decodes to; None if it is invalid."""
+    """Return the index in ``hierarchy.trees`` that a gene decodes to; None if it is invalid."""
     tree = hierarchy.decode(gene)
     return None if tree is None else hierarchy.trees(len(gene)).index(tree)
 
 
 def _valid(draw: Callable[[], Iterable[Integers]], count: int) -> Integers:
-    """The first ``count`` genes that decode to a hierarchy, drawn again and again."""
+    """Draw genes until ``count`` of them decode to a hierarchy; return these."""
     genes: list[Integers] = []
     while len(genes) < count:
         genes += [gene for gene in draw() if _tree_index(tuple(gene.tolist())) is not None]
@@ -190,7 +190,7 @@ def _trees(genes: Integers) -> Integers:
 
 
 def _bits(genes: Integers) -> Mask:
-    """(n, inputs (inputs - 2)) bits of the genes, most significant first."""
+    """Return the bits of the genes, most significant first, (n, inputs (inputs - 2))."""
     width = genes.shape[1] - 2
     places = np.arange(width - 1, -1, -1)
     return ((genes[:, :, None] >> places) & 1).reshape(len(genes), -1).astype(bool)

@@ -1,10 +1,10 @@
 """NSGA-II: the front of two or three objectives, with an archive of the best compromises.
 
 Deb, Pratap, Agarwal and Meyarivan, IEEE Trans. Evolutionary Computation 6(2), 2002. Non-dominated
-individuals are kept in an archive of its own, from which parents are chosen too.
+individuals are kept in a separate archive, the front, from which parents are chosen too.
 
-If constraints are so hard that random individuals never keep them all, the search for a single
-design (CMA-ES) may go first; the front then spreads from its result.
+If constraints are so hard that random individuals never meet all of them, a search for a single
+design (CMA-ES), the *leading search*, may go first; the front then spreads from its result.
 """
 
 from typing import Annotated, Literal, NamedTuple, Self
@@ -25,11 +25,11 @@ from hfc_design.search.nondominated_archive import Front, Judged, best_first, bo
 from hfc_design.search.strategies import cma
 from hfc_design.search.strategy import Probability, Scored, Strategy, StrategySettings, Task
 
-#: Smallest and largest mutation step, and how much it mutates itself (of its logarithm).
+#: Smallest and largest mutation step, and standard deviation of the mutation of its logarithm.
 STEPS, SELF = (1e-3, 1.0), 0.3
-#: Of machines that everybody meets at least this share of the first ones passes.
+#: Share of the leading search's individuals that has to pass on a machine of the front.
 KEEPING = 0.5
-#: The finest of the steps that individuals begin with that were led to where they are.
+#: Smallest first mutation step of the individuals that the leading search found.
 FINE = 0.01
 
 
@@ -73,8 +73,8 @@ class Nsga2State(NamedTuple):
     violation: Floats  # (n,)
     step: Floats  # (n,) mutation step, inherited and itself mutated
     front: Front
-    led: cma.CmaState  # what leads, or has led; of no island where nothing has
-    machines: Integers  # numbers of those that are met; none: as many as the scenario names
+    led: cma.CmaState  # state of the leading search; without islands if there is none
+    machines: Integers  # indices of the machines for the front; empty: the scenario's first ones
 
 
 class Asked(NamedTuple):
@@ -83,18 +83,18 @@ class Asked(NamedTuple):
     population: Population
     step: Floats  # (n,)
     machines: Integers | None = None
-    sampled: cma.Asked | None = None  # by what leads, if they are its samples
-    structures: int | None = None  # that compete there
+    sampled: cma.Asked | None = None  # samples of the leading search; None: the front is searched
+    structures: int | None = None  # number of structures that compete in the leading search
 
 
 class Nsga2(NamedTuple):
-    """Ask and tell; everything that changes is in ``Nsga2State``."""
+    """The strategy; everything that changes is in ``Nsga2State``."""
 
     settings: Nsga2Settings
     task: Task
 
     def start(self, rng: np.random.Generator) -> tuple[Nsga2State | None, Asked]:
-        """First individuals, evenly on the structures; or samples of the search that goes first."""
+        """Return first individuals, evenly over structures, or samples of the leading search."""
         s, structures = self.settings, self.task.genome.structures
         if s.lead:
             led, samples = self._leader.start(rng)
@@ -106,14 +106,14 @@ class Nsga2(NamedTuple):
     def ask(
         self, state: Nsga2State, generation: int, rng: np.random.Generator
     ) -> tuple[Nsga2State, Asked]:
-        """Children of the parents and of the front, and a few newcomers."""
+        """Return children of parents and front, or at first what the leading search proposes."""
         s = self.settings
         if generation < s.lead:
             led, samples = self._leader.ask(state.led, generation, rng)
             return state._replace(led=led), _sampled(samples, s)
         if generation > s.lead or not s.lead:
             candidates = self._children(state, rng)
-        else:  # everybody meets the same machines now, those that are hard
+        else:  # from now on all are simulated on the same, hard machines
             best = joined(state.led.population, state.population)
             population = joined(best, state.led.trail)
             candidates = Asked(population, np.geomspace(FINE, s.step, len(population.tree)))
@@ -124,7 +124,7 @@ class Nsga2(NamedTuple):
     def _children(self, state: Nsga2State, rng: np.random.Generator) -> Asked:
         s, genome = self.settings, self.task.genome
         population, step = _pool(state)
-        drawn = rng.random((s.tournament, s.population)).min(axis=0)  # the best stand first
+        drawn = rng.random((s.tournament, s.population)).min(axis=0)  # the best come first
         one = (drawn * len(step)).astype(np.int64)
         other = _alike(population.tree, one, rng)
         share = np.where(rng.random(len(one)) < s.blend, rng.uniform(-0.25, 1.25, len(one)), 0.0)
@@ -139,11 +139,11 @@ class Nsga2(NamedTuple):
         return Asked(children, step)
 
     def tell(self, state: Nsga2State | None, candidates: Asked, scored: Scored) -> Nsga2State:
-        """The best of parents and children remain, and the front is updated."""
+        """Return the state with the best of parents and children, and the updated front."""
         s, genome = self.settings, self.task.genome
         children = Judged(candidates.population, *scored, candidates.step)
         state = state or _only(_nothing(genome), s)
-        if candidates.sampled is not None:  # each time on other machines
+        if candidates.sampled is not None:  # not comparable with earlier ones
             led = self._leader.tell(state.led, candidates.sampled, scored.score)
             return Nsga2State(*children, state.front, led, state.machines)
         everybody = both(Judged(*state[:5]), children)
@@ -157,13 +157,13 @@ class Nsga2(NamedTuple):
 
 
 def _nothing(genome: Genome) -> cma.CmaState:
-    """Empty state of a leading search."""
+    """Return the state of a leading search without islands."""
     nobody, islands = taken(genome.empty(), slice(0)), Distribution(*np.empty((7, 0, 0)))
     return cma.CmaState(nobody, np.empty(0), nobody, nobody, islands, np.empty(0, np.int64))
 
 
 def _only(led: cma.CmaState, settings: Nsga2Settings) -> Nsga2State:
-    """State with a leading search and no individuals yet."""
+    """Return a state with a leading search and no individuals yet."""
     nobody, none = taken(led.population, slice(0)), np.empty(0)
     costs = np.empty((0, len(settings.objectives)))
     front = Front(nobody, none, costs, none)
@@ -180,7 +180,7 @@ def _sampled(samples: cma.Asked, settings: Nsga2Settings) -> Asked:
 
 
 def _pool(state: Nsga2State) -> tuple[Population, Floats]:
-    """Possible parents, the best first, and their steps."""
+    """Return all possible parents, the best first, and their mutation steps."""
     front = state.front
     costs = np.concatenate([state.costs, front.costs])
     violation = np.append(state.violation, np.zeros(len(front.costs)))
@@ -190,7 +190,7 @@ def _pool(state: Nsga2State) -> tuple[Population, Floats]:
 
 
 def _alike(tree: Integers, one: Integers, rng: np.random.Generator) -> Integers:
-    """For each of ``one`` any individual of the same structure, perhaps itself."""
+    """Return, for each index in ``one``, a random one of the same structure, perhaps itself."""
     order = np.argsort(tree, kind="stable")
     first = np.searchsorted(tree[order], tree[one])
     count = np.searchsorted(tree[order], tree[one], side="right") - first

@@ -14,12 +14,12 @@ from hfc_design.search.newton import individuals, some_numbers
 from hfc_design.search.strategy import Probability, Strategy, StrategySettings, Task
 from hfc_design.search.successive_halving import room, shares
 
-#: A double may score this much of its original before luck is suspected.
+#: Share of an individual's score that its double has to reach; else the score was luck.
 LUCK = 0.99
-#: Damping of the first Gauss-Newton step, its factor after a failed one, and the largest: the next
-#: step has other numbers, so that none is hopeless.
+#: First damping of Gauss-Newton steps, its factor after a failed step, and the largest damping: it
+#: is limited, as the next step changes other numbers and may succeed.
 FIRST_DAMPING, FAILURE, LARGEST = 1.0, 10.0, 1e4
-#: Who differs from a lucky one by less than this share of its largest numbers is as lucky.
+#: Individuals whose numbers differ by up to this share of the largest count as nearly equal.
 KIN = 1e-3
 
 
@@ -62,18 +62,18 @@ class Asked(NamedTuple):
 
     population: Population
     step: Floats  # (n,)
-    damping: Floats  # (n,) of a Gauss-Newton proposal, nan where it was bred
-    needed: Floats  # (n,) score below which it does not matter what it is
+    damping: Floats  # (n,) damping of a Gauss-Newton proposal; nan for a child
+    needed: Floats  # (n,) a score below this need not be exact
 
 
 class SuccessiveHalving(NamedTuple):
-    """Ask and tell of the race; everything that changes is in ``RaceState``."""
+    """The strategy; everything that changes is in ``RaceState``."""
 
     settings: RaceSettings
     task: Task
 
     def start(self, rng: np.random.Generator) -> tuple[RaceState | None, Asked]:
-        """First individuals: a few of every tree, of randomly chosen trees if there are too few."""
+        """Return first individuals of all trees, or of random ones if trees are too many."""
         s = self.settings
         trees = self.task.genome.structures
         islands = min(trees, s.population)
@@ -90,7 +90,7 @@ class SuccessiveHalving(NamedTuple):
     def ask(
         self, state: RaceState, generation: int, rng: np.random.Generator
     ) -> tuple[RaceState, Asked]:
-        """Children of every island, some replaced by Gauss-Newton steps from its best."""
+        """Return children of every island, some replaced by Gauss-Newton steps from its best."""
         s = self.settings
         state = self._culled(state, generation)
         candidates = self._bred(state, rng)
@@ -105,7 +105,7 @@ class SuccessiveHalving(NamedTuple):
         islands = len(state.damping)
         if self.task.linearised is None or islands > s.newton_islands:
             return state, candidates
-        # In turn; where there are fewer islands than steps, some get several.
+        # Islands take turns; if there are fewer islands than steps, some get several steps.
         turns = (np.arange(s.newton_steps) + generation * s.newton_steps) % islands
         for k in np.unique(turns):
             candidates = self._stepped(
@@ -114,7 +114,7 @@ class SuccessiveHalving(NamedTuple):
         return state, candidates
 
     def tell(self, state: RaceState | None, candidates: Asked, score: Floats) -> RaceState:
-        """Parents and children compete inside their island."""
+        """Return the state after parents and children have competed inside each island."""
         if state is None:
             island = np.unique(candidates.population.tree, return_inverse=True)[1]
             damping = np.full(island.max() + 1, FIRST_DAMPING)
@@ -156,7 +156,7 @@ class SuccessiveHalving(NamedTuple):
         return ranked(chosen._replace(island=island, damping=state.damping[survivors]))
 
     def _bred(self, state: RaceState, rng: np.random.Generator) -> Asked:
-        """One child for every individual, with parents from its island."""
+        """Return a child for every individual, with parents from the same island."""
         s, count = self.settings, len(state.island)
         first = np.searchsorted(state.island, state.island)
         size = np.bincount(state.island)[state.island]
@@ -177,7 +177,7 @@ class SuccessiveHalving(NamedTuple):
     def _stepped(
         self, state: RaceState, candidates: Asked, k: int, steps: int, rng: np.random.Generator
     ) -> Asked:
-        """The children of island k, half of them replaced by steps from its best."""
+        """Replace half of the children of island ``k`` by Gauss-Newton steps from its best."""
         home = np.flatnonzero(state.island == k)
         best = taken(state.population, home[:1])
         assert self.task.linearised is not None
@@ -194,7 +194,7 @@ class SuccessiveHalving(NamedTuple):
 
 
 def doubled(state: RaceState) -> tuple[Integers, Integers]:
-    """Indices of the first (best) and last individual of each island of three or more."""
+    """Return indices of the first (best) and last individual of islands of three or more."""
     size = np.bincount(state.island)
     best = np.searchsorted(state.island, np.arange(len(size)))
     large = size > 2
@@ -202,7 +202,7 @@ def doubled(state: RaceState) -> tuple[Integers, Integers]:
 
 
 def humbled(state: RaceState, score: Floats) -> RaceState:
-    """Give the best of an island the score of its double where that is much worse."""
+    """Give the best of each island the score of its double, if that score is much worse."""
     best, place = doubled(state)
     best_score = state.score[best]
     worse = score[place] < np.where(best_score < 0.0, best_score / LUCK, LUCK * best_score)
@@ -212,10 +212,10 @@ def humbled(state: RaceState, score: Floats) -> RaceState:
 def with_kin(
     state: RaceState, humble: RaceState, children: Population, score: Floats
 ) -> tuple[RaceState, Floats]:
-    """Limit the scores of individuals that are nearly equal to a best whose score was limited.
+    """Limit the scores of individuals nearly equal to a best one that ``humbled`` has changed.
 
-    They are parents and children of its island: small steps make many of them, and in every
-    generation one of so many is lucky. ``score`` is that of the children.
+    Small steps make many such parents and children in an island, and in every generation one of so
+    many is lucky. ``score`` is that of the children.
     """
     parent_scores, score = humble.score.copy(), score.copy()
     for k in np.flatnonzero(humble.score < state.score):
@@ -228,7 +228,7 @@ def with_kin(
 
 
 def kin(one: Population, others: Population) -> Mask:
-    """(n,) whether each differs from ``one`` by less than ``KIN``, and in no number by more."""
+    """Return True for each individual whose numbers all differ from ``one`` by ``KIN`` at most."""
     similar = np.ones(len(others.tree), bool)
     for (_, reference), (_, each) in zip(flat(one), flat(others), strict=True):
         away = np.abs(each - reference).reshape(len(similar), -1).max(axis=1)
@@ -237,21 +237,21 @@ def kin(one: Population, others: Population) -> Mask:
 
 
 def changed(array: Floats, places: Integers, values: Floats | float) -> Floats:
-    """The array with other values at some places."""
+    """Return a copy of the array with other values at some places."""
     updated = array.copy()
     updated[places] = values
     return updated
 
 
 def chosen_of(state: RaceState, chosen: Integers | Mask) -> RaceState:
-    """The chosen individuals; the islands stay as they are."""
+    """Return the state with the chosen individuals only; the islands stay as they are."""
     population, score, step, island, damping = state
     population = taken(population, chosen)
     return RaceState(population, score[chosen], step[chosen], island[chosen], damping)
 
 
 def ranked(state: RaceState) -> RaceState:
-    """Individuals island by island, the best first."""
+    """Return the state with individuals island by island, the best first."""
     return chosen_of(state, np.lexsort((-state.score, state.island)))
 
 

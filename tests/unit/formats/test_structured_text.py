@@ -27,7 +27,7 @@ def test_the_block_reads_as_it_would_be_written_by_hand():
     assert "    command : LREAL; (* V *)\n" in lines
     assert "    kp : LREAL := 758.405;\n" in lines
     assert "    readings_spindle_velocity : LREAL := 0.0;\n" in lines
-    assert "(* Output of one unit from the degrees of its two inputs (LL eq. 4). *)\n" in lines
+    assert "(* Output of one unit from the degrees (7,) of its two inputs (LL eq. 4). *)\n" in lines
     assert "scaled_0 := scales[0] * error;\n" in lines
 
 
