@@ -34,7 +34,7 @@ class Axes(dict[str, Any]):
 
 
 def by_axis(memory: Memory, axes: tuple[str, ...]) -> Memory:
-    """Return a memory in which ``Axes`` replace each tuple with one element per axis."""
+    """Return a memory in which each tuple of one element per axis becomes ``Axes``."""
     if hasattr(memory, "_fields"):
         return type(memory)(*(by_axis(one, axes) for one in memory))
     if isinstance(memory, tuple) and len(memory) == len(axes) and not numeric(memory):

@@ -21,7 +21,7 @@ def _fault(kind: type[ControllerRecord]) -> str | None:
         for key in METHODS
         for value in [getattr(kind, key)]
     } | {
-        "law_gains is missing: its numbers as the law takes them": kind.law_gains
+        "law_gains is missing, which returns the gains of its law": kind.law_gains
         is ControllerRecord.law_gains,
         f"name = {kind.name!r}: must be a string": not isinstance(kind.name, str),
         f"settings = {settings!r}: must be a class": not isinstance(settings, type | None),

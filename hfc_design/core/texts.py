@@ -198,7 +198,7 @@ def no_such(what: str, name: str, built_in: Iterable[str]) -> UserError:
     """Error for a scenario or design that does not exist; it suggests a similar name."""
     ending, file = FILES[what]
     try:
-        there = [Path(entry) for entry in sorted(os.listdir(Path(name).parent))]
+        there = [Path(x) for x in sorted(os.listdir(Path(name).parent)) if x != Path(name).name]
     except (OSError, ValueError):  # ValueError: a zero byte in the name
         there = []
     stems = {path.stem: path.name for path in there if path.suffix == ending}

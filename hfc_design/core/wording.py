@@ -33,6 +33,7 @@ RULES = {
     "less_than_equal": "must be at most {le}UNIT",
     "multiple_of": "must be a multiple of {multiple_of}UNIT",
     "finite_number": "must be a finite numberUNIT",
+    "dataclass_type": "must be a {class_name}",
     **dict.fromkeys(("float_type", "float_parsing"), f"{NUMBER}UNIT"),
     **dict.fromkeys(("int_type", "int_parsing", "int_from_float", "int_parsing_size"), WHOLE),
     **dict.fromkeys(("bool_type", "bool_parsing"), "must be true or false"),

@@ -88,10 +88,8 @@ def check_laws(design: Design, machine: Machine) -> None:
             read = kind.reads(record) if kind.reads else known
             for name in read:
                 if name not in known:
-                    why = (
-                        f"which is not a signal of the plant {drive.name!r}; available: "
-                        f"{', '.join(known)}"
-                    )
+                    others = ", ".join(x for x in known if x not in read)
+                    why = f"which is not a signal of the plant {drive.name!r}; available: {others}"
                     raise UserError(f"controller {kind.name!r}: reads {name!r}, {why}")
             law, gains = kind.law(record, part.limits.of(axis).command), record.law_gains()
             try:
@@ -293,9 +291,8 @@ def check_drives(design: Design, scenario: Scenario) -> None:
         if change:
             rate = scenario.limits.of(axis).command_rate
             raise UserError(
-                f"scenario {scenario.name}: limits.command_rate = {rate}: is below "
-                f"the limit of design {design.name}, which a simulated loop cannot "
-                "represent; give the design that limit"
+                f"scenario {scenario.name}: limits.command_rate = {rate}: must not be below that "
+                f"of design {design.name} in a loop of LinuxCNC; set it in the design too"
             )
 
 

@@ -230,7 +230,7 @@ class Scenario(Record, metaclass=Asked):
 
     @property
     def machine(self) -> Machine:
-        """The machine, with feedback from the encoders that its sensors name."""
+        """The machine, with feedback from the encoders named in ``sensors``."""
         machine = self.plant.machine
         return machine.with_feedback(tuple(self.sensors.of(axis).feedback for axis in machine.axes))
 

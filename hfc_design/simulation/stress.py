@@ -184,7 +184,7 @@ def _worth(scenario: Scenario, judged: Judged) -> float:
 
 
 def longest(scenario: Scenario) -> int:
-    """Return the number of samples of all motions, each with the longest rest of a stress."""
+    """Return the samples of all motions in sum, each with the longest rest a stress adds."""
     each = [motion.simulation for motion in scenario.each_motion()]
     rest = scenario.stress.rest_s
     return sum(x.steps + max(x.steps, round(rest / x.sample_time_s)) for x in each)

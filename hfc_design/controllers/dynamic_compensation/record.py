@@ -63,7 +63,7 @@ def axes_fault(axes: tuple[str, ...], k_p: Gain, along: tuple[str, ...]) -> str 
     """Return why ``k_p`` or ``along`` does not fit a machine with ``axes``, in a line, or None."""
     has = f"the machine has {', '.join(axes)}"
     if tuple(k_p) != axes:
-        return f"k_p: must name every axis once; {has}"
+        return f"k_p: must name the axes {', '.join(axes)}, in this order (got {', '.join(k_p)})"
     for axis in along:
         if axis not in axes:
             return f"path_axes: unknown axis {axis!r}; {has}"

@@ -38,7 +38,7 @@ Node = Any
 
 
 def unit_count(inputs: int) -> int:
-    """Return U = 2^(i-2), how many units genes of i ``inputs`` can name (LL section 3.2)."""
+    """Return U = 2^(i-2): a gene of i ``inputs`` has units 0 to U - 1 (LL section 3.2)."""
     if not 2 <= inputs <= MAX_INPUTS:
         raise ValueError(f"inputs must be 2 to {MAX_INPUTS} (got {inputs})")
     return int(2 ** (inputs - 2))

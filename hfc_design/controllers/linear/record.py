@@ -113,10 +113,10 @@ class FeedForwardRecord(Record):
 
 
 def with_own_signals(described: Any) -> Any:
-    """Return ``described``; ValueError if ``signals`` has a signal whose gain has another key."""
+    """Return ``described``; ValueError if ``signals`` names one of ``ERRORS`` or ``FOLLOWED``."""
     for name in (*ERRORS, *FOLLOWED):
         if name in described.signals:
-            raise ValueError(f"signals.{name}: must be set as the gain of this name")
+            raise ValueError(f"signals.{name}: must be left out; see kp, kd and feed_forward")
     return described
 
 
