@@ -5,8 +5,9 @@ import json
 import pytest
 from wording import refused
 
-from hfc_design.cli.scoring import WARNING, show_usable
+from hfc_design.cli.scoring import WARNING, again_told, show_usable
 from hfc_design.core.records import RunError
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs.attained import ATTAINABLE, attained_table, attained_told, kept_attained
 from hfc_design.runs.run import USABLE, kept_use
 from hfc_design.simulation.usable_tables import motions_table
@@ -157,3 +158,17 @@ def test_numbers_of_use_are_read_back_or_refused_key_by_key(tmp_path):
             file.write_text(json.dumps(wrong))
             with pytest.raises(RunError, match=key):
                 kept_use(tmp_path)
+
+
+def test_advice_names_a_required_margin_that_the_loop_just_has_or_lacks():
+    """c-axis-practical requires an Ms of at most 2: 1.9 is above nine tenths of it, 1.7 is not."""
+    scenario = load_scenario("c-axis-practical")
+
+    def told(ms, **more):
+        worst = {"sensitivity": {"value": ms, "at": "at rest"}}
+        return again_told({"usable": False, "margins": {"worst": worst}, **more}, scenario)
+
+    assert told(1.9).endswith("or a looser constraints.sensitivity (1.9 at rest, allowed 2)")
+    assert told(1.7).endswith("a smaller robust.spread or --controller pid+ff")
+    assert told(None) == told(1.7)
+    assert told(1.9, usable=True) == ""
