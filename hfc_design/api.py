@@ -12,6 +12,7 @@ from hfc_design.attainable.attainable import Attainable, attainable
 from hfc_design.batch.findings import Findings
 from hfc_design.calls.batching import batch, findings
 from hfc_design.calls.exchanging import export, import_
+from hfc_design.calls.frequency import frequency
 from hfc_design.calls.identifying import identify
 from hfc_design.calls.searching import design, pick, with_gains
 from hfc_design.calls.showing import comparison_page, explain, plot, report
@@ -52,6 +53,7 @@ from hfc_design.simulation.evaluating import Evaluation, evaluate, learned_in, t
 from hfc_design.simulation.imitation import Taught, taught
 from hfc_design.simulation.monte_carlo import Robustness, robustness
 from hfc_design.simulation.usable import usable
+from hfc_design.stability.frequency import Frequencies
 from hfc_design.stability.report import LoopMargins, StableGains
 from plants import Drive, Machine, coupled, only_positive, rk4, side_by_side
 
@@ -105,6 +107,7 @@ __all__ += ["Lesson", "Taught", "taught"]
 # Evaluation, robustness, stability, comparison, best attainable result, batches.
 __all__ += ["Evaluation", "evaluate", "learned_in", "trajectory_csv"]
 __all__ += ["Robustness", "Usable", "robustness", "usable"]
+__all__ += ["Frequencies", "frequency"]
 __all__ += ["LoopMargins", "StableGains", "stability"]
 __all__ += ["Comparison", "compare"]
 __all__ += ["Judgements", "evaluate_many"]

@@ -1,4 +1,4 @@
-"""``hfc identify``: a machine's parameters from its log."""
+"""Commands that read logs of machines: its parameters, its frequency response."""
 
 import shlex
 import sys
@@ -19,6 +19,7 @@ COLUMN_HELP = (
 FREE_HELP = (
     "Parameters to identify, as a,b=START [default: all except exact ones, zeros and --set]."
 )
+TIME_HELP = "Sample time [s], if LOG does not contain it."
 LOOP_HELP = "The controller of the loop that recorded LOG, to replay the closed loop too."
 SCENARIO_HELP = "Plant, start values, sensors, limits [default: those of --controller]."
 
@@ -35,9 +36,7 @@ def identify(
     open_loop: bool = option("Replay the plant without an observer."),
     bandwidth: float | None = option("Bandwidth of the observer [Hz].", low=0.0),
     columns: Texts = option(COLUMN_HELP, "--column", metavar="NAME=COLUMN"),
-    sample_time: float | None = option(
-        "Sample time [s], if LOG does not contain it.", low=0.0, open=True
-    ),
+    sample_time: float | None = option(TIME_HELP, low=0.0, open=True),
     check_log: Path | None = option("Another log, to check the result."),
     checks: Texts = option(
         "The same for --check-log, where it differs.", "--check-column", metavar="NAME=COLUMN"
@@ -88,3 +87,58 @@ def identify(
     )
     page.write(result, path, shlex.join(["hfc", *sys.argv[1:]]))
     return Answer(result.numbers(), result.tables, [path], indent=1)
+
+
+@command("Frequency response of a log, or of a design's loop.", last=common.plugins({}))
+def frequency(
+    sources: Texts = argument(PATH, nargs=-1, required=True, metavar="LOG|DESIGN..."),
+    plant: str | None = option("Plant of the logs [default: that of a design].", kind=PLANT),
+    scenario: str | None = option("Machine, sensors, limits, tolerances.", kind=SCENARIO),
+    changes: Texts = common.SETTING,
+    axis: str | None = option("Axis, of a machine with several [default: the first]."),
+    columns: Texts = option(COLUMN_HELP, "--column", metavar="NAME=COLUMN"),
+    sample_time: float | None = option(TIME_HELP, low=0.0, open=True),
+    speed: float | None = option("Speed of the axis while sines are added, in its unit per s."),
+    amplitudes: tuple[float, ...] = option(
+        "Amplitude of the sines, in the unit of the command; can be given several times "
+        "[default: 1, 3 and 10 % of the largest command].",
+        "--amplitude",
+        kind=click.FLOAT,
+        multiple=True,
+    ),
+    machines: int = option("Machines beside the nominal one [default: 200].", default=200),
+    frequencies: int = option("Number of frequencies [default: 40].", default=40),
+    cycles: bool = option("Predict limit cycles at rest, and simulate them."),
+    plot: Path | None = common.output("Draw the responses (png, svg or pdf)."),
+    _force: bool = common.FORCE,
+    _as_json: bool = common.AS_JSON,
+) -> Answer:
+    """Frequency response of logs and of designs' loops, over one another.
+
+    A LOG with the command and the position gives the response of the drive with its coherence and
+    its modes; if a signal was added to the command (column "added"), also the open loop. A DESIGN
+    is simulated: sines of several amplitudes are added to its command while the axis moves, and to
+    the load, on the nominal machine and others. The table has crossover, phase and gain margin,
+    sensitivity, bandwidth and compliance.
+    """
+    from hfc_design.calls import frequency as calls
+
+    result = calls.frequency(
+        *map(str, sources),
+        plant=plant,
+        scenario=scenario,
+        changes=changes,
+        axis=axis,
+        columns=columns,
+        sample_time=sample_time,
+        speed=speed,
+        amplitudes=amplitudes,
+        machines=machines,
+        frequencies=frequencies,
+        cycles=cycles,
+    )
+    if plot is not None:
+        from hfc_design.plotting.files import save
+
+        save(result.figure(), plot)
+    return Answer(result.numbers(), result.tables, [plot] if plot else [])

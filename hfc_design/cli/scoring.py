@@ -20,7 +20,7 @@ from hfc_design.simulation.acceptance import Usable
 from hfc_design.simulation.evaluating import Evaluation, evaluate, score_table
 from hfc_design.simulation.monte_carlo import Robustness, check_draw, robustness
 from hfc_design.simulation.usable import SPREAD, usable
-from hfc_design.stability.margins import ASKED
+from hfc_design.stability.margins import ASKED, GOALS
 from hfc_design.stability.report import SAID
 
 QUESTION = "Can I use it?"
@@ -173,6 +173,7 @@ def _below(numbers: Json) -> Iterator[str]:
         sizes = {
             name: "without limit" if one["value"] is None else three_digits(one["value"])
             for name, one in worst.items()
+            if name not in GOALS
         }
         each = ", ".join(
             f"{SAID[name].format(size)} ({worst[name]['at']})" for name, size in sizes.items()

@@ -87,8 +87,9 @@ class Scenario(Record, metaclass=Asked):
     run: RunSettings = RunSettings()  # computation
     windows: tuple[Window, ...] = ()  # parts of the motion with additional metrics
     #: metrics by name, each with its largest allowed value: a number, or a string with a unit [of
-    #: the metric]; band: the width for band_time; for the linearised loop the largest sensitivity
-    #: and the smallest gain_margin, phase_margin_deg and delay_margin_samples
+    #: the metric]; band: the width for band_time; for the linearised loop the largest
+    #: sensitivity, closed_loop_peak (Mt) and compliance, and the smallest gain_margin,
+    #: phase_margin_deg, delay_margin_samples and bandwidth_hz
     constraints: Constraints = Field({}, exclude_if=not_)
     #: perturbed machines on which every candidate is tested; left out: only the nominal machine
     robust: RobustSettings | None = Field(None, exclude_if=not_)

@@ -11,16 +11,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.ndimage import median_filter
-from scipy.signal import csd
 
 from hfc_design.core.numbers import Floats
 from hfc_design.files.stress import Mode
 from hfc_design.identify.fit import NOTHING, Fit
+from hfc_design.identify.frequency import LEAST, OVERLAP, density, frequencies, longest
 from hfc_design.identify.replay import DAMPED, Replay
 
-#: Largest length of a segment [samples], least number of segments, least length [samples]; number
-#: of independent segments that one with half overlap counts as (Welch, IEEE Trans. AU-15, 1967).
-SEGMENT, PARTS, LEAST, OVERLAP = 1024, 8, 32, 0.82
+#: Largest length of a segment [samples], least number of segments.
+SEGMENT, PARTS = 1024, 8
 #: Relative error of the response up to which a frequency counts as excited.
 KNOWN = 0.25
 #: Modes: number of frequencies, dampings; highest frequency, in sampling rates and in ``top``.
@@ -78,25 +77,21 @@ def response(fit: Fit) -> Response | None:
     replay = fit.problem.residual
     if not isinstance(replay, Replay):
         return None
-    every, part = float(replay.sample_time), _longest(np.asarray(replay.rows.usable))
+    every, part = float(replay.sample_time), longest(np.asarray(replay.rows.usable))
     off, place, command = fit.residual[part, 0], replay.rows.place[part], replay.rows.command
     length = min(SEGMENT, len(off) // PARTS)
     if length < LEAST:
         return None
     bends = np.diff(off, 2), np.diff(place, 2), np.asarray(command)[part][1:-1]
 
-    def density(first: Floats, second: Floats) -> Any:
-        bent: Any = "linear"  # which the types of SciPy do not know
-        return csd(first, second, 1.0 / every, nperseg=length, detrend=bent)[1][2:]
-
-    frequency = np.arange(2.0, length // 2 + 1) / (length * every)
-    missing, answer, power = (density(bends[2], x) for x in bends)
+    frequency = frequencies(length, every)
+    missing, answer, power = (density(bends[2], x, length, every) for x in bends)
     turn = np.exp(2j * np.pi * frequency * every) - 1.0
     w = 2.0 * np.pi * (fit.problem.bandwidth or 0.0) * every
     slow = (2.0 * DAMPED * w + w**2) * turn + w**2
     model = answer - missing * (turn**2 + slow) / turn**2
     noise = np.median(np.abs(bends[0])) / 0.6745 / np.sqrt(6.0)
-    seen = density(bends[1], bends[1]).real
+    seen = density(bends[1], bends[1], length, every).real
     coherence = np.abs(answer) ** 2 / (power.real * seen)
     count = OVERLAP * (2.0 * len(off) / length - 1.0)
     back = np.sqrt(2.0 * every * noise**2 * np.abs(turn) ** 4 / seen)
@@ -113,13 +108,6 @@ def response(fit: Fit) -> Response | None:
     curves = frequency, answer / size, model / size, coherence
     left = np.std(off) > NOTHING * np.std(place)  # otherwise the residual is only rounding
     return Response(*curves, top, mode, _coloured(off) if left else 0)
-
-
-def _longest(usable: Floats) -> slice:
-    """Return the longest part of a log in which all samples count."""
-    ends = np.flatnonzero(np.diff(np.r_[0, usable > 0, 0]))
-    k = int(np.argmax(ends[1::2] - ends[::2]))
-    return slice(int(ends[2 * k]), int(ends[2 * k + 1]))
 
 
 def _coloured(off: Floats) -> int:

@@ -79,7 +79,7 @@ def scores(code: Code, own_machine: bool, forms: Forms, whole: Packed, lanes: Pa
         judged = lax.map(one_chunk, lanes)  # (chunks, motions, ..., lanes)
         return jnp.moveaxis(judged, (2, 1, 0), (0, 1, 2)).reshape(*judged.shape[2:0:-1], -1)
 
-    return _spread(on_device, PartitionSpec(None, None, "population"))(whole, lanes)
+    return spread(on_device, PartitionSpec(None, None, "population"))(whole, lanes)
 
 
 @partial(jax.jit, static_argnums=(0, 1), compiler_options=devices.compiler_options())
@@ -93,10 +93,11 @@ def scores_needed(code: Code, forms: Forms, whole: Packed, lanes: Packed) -> Arr
         every = stepping.from_packed(forms, whole, jax.tree.map(side_by_side, lanes))
         return early_stopping.each(joined(code, every.numbers), every, stepping.trailing(lanes))
 
-    return _spread(on_device, PartitionSpec(None, "population"))(whole, lanes)
+    return spread(on_device, PartitionSpec(None, "population"))(whole, lanes)
 
 
-def _spread(on_device: Any, out: PartitionSpec, specs: Any = (WHOLE, CHUNKS)) -> Any:
+def spread(on_device: Any, out: PartitionSpec, specs: Any = (WHOLE, CHUNKS)) -> Any:
+    """Return a function that runs ``on_device`` on every device, each with its share of lanes."""
     mesh = Mesh(jax.devices(), ("population",))
     return jax.shard_map(on_device, mesh=mesh, in_specs=specs, out_specs=out, check_vma=False)
 
@@ -150,4 +151,4 @@ def jacobians(
 
         return jax.jvp(recorded, [copies[k] for k in moving], directions)
 
-    return _spread(on_device, PartitionSpec(None, "population"), (CHUNKS,))(chosen)
+    return spread(on_device, PartitionSpec(None, "population"), (CHUNKS,))(chosen)

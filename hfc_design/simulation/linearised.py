@@ -260,15 +260,15 @@ def _fine(machine: Machine) -> Machine:
     return replace(machine, drives=tuple(map(fine, machine.drives)))
 
 
-def _unlimited(controller: Any) -> Any:
+def unlimited(controller: Any) -> Any:
     """Return the controller without limits on the size and rate of its commands."""
     if isinstance(controller, RateLimited):
-        return _unlimited(controller.inner)
+        return unlimited(controller.inner)
     if isinstance(controller, tuple) and not hasattr(controller, "_fields"):
-        return tuple(map(_unlimited, controller))
+        return tuple(map(unlimited, controller))
     if not hasattr(controller, "step"):
         return controller
-    fields = {key: _unlimited(getattr(controller, key)) for key in controller._fields}
+    fields = {key: unlimited(getattr(controller, key)) for key in controller._fields}
     none = {"limit": None, "limits": (None,) * len(fields.get("limits", ()))}
     return controller._replace(**fields | {key: x for key, x in none.items() if key in fields})
 
@@ -329,7 +329,7 @@ def controlled(
 
     If ``off`` (lanes,) is given, it is added to the errors at which they are linearised.
     """
-    law = _unlimited(loop.controller)
+    law = unlimited(loop.controller)
     lanes, axes = near.commands.shape
     rows = jax.tree.map(_rows, gains)
     begins = begun(law, SLOPED, 0.0, rows)

@@ -25,7 +25,18 @@ from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.linearised import Controllers, Steady, controlled, loops, steady
 from hfc_design.simulation.population import Machines, one_machine, own_code_of, standing
 from hfc_design.simulation.sensors import largest_command
-from hfc_design.stability.margins import ASKED, OpenLoop, crossings, largest, margins, swung
+from hfc_design.stability.frequency import response_units
+from hfc_design.stability.margins import (
+    ASKED,
+    GOALS,
+    OpenLoop,
+    between,
+    crossings,
+    largest,
+    margins,
+    swung,
+)
+from hfc_design.stability.margins import BAND as MINUS_3_DB
 from hfc_design.stability.report import At, LoopMargins, band, numbers
 
 #: Number of machines beside the nominal one from which a band of margins is computed.
@@ -78,12 +89,12 @@ def operating_points(scenario: Scenario) -> list[Point]:
             speeds = tuple(float(f"{0.0 if still else x:.6g}") for x in rates[:, k])
             one = f"{abs(speeds[0]):g} {motion.units.signals['error_rate']}"
             speed = f"{name} {where}" if len(speeds) > 1 else one
-            row = _steady_row(motion, samples, k, speeds)
+            row = steady_row(motion, samples, k, speeds)
             points.setdefault(speeds, Point(speed if any(speeds) else "at rest", row, speeds))
     return sorted(points.values(), key=lambda one: np.linalg.norm(one.speeds))
 
 
-def _steady_row(motion: Scenario, samples: Samples, k: int, speeds: tuple[float, ...]) -> Samples:
+def steady_row(motion: Scenario, samples: Samples, k: int, speeds: tuple[float, ...]) -> Samples:
     """Return column ``k`` for a machine that always moves at ``speeds``, under constant load."""
 
     def first_of(leaf: Floats) -> Floats:
@@ -148,9 +159,7 @@ def loop_margins(
             known = [margin_values for _, margin_values, _ in others if margin_values]
             name = axis if len(axes) > 1 else ""
             rows.append(At(point.name, name, why, nominal, band(known), open_loop))
-    units = scenario.units.signals
-    load = f"({units['load']})" if " " in units["load"] else units["load"]
-    unit = f"{units['error']}/{load}"
+    unit = response_units(scenario.units.signals)[1]
     return LoopMargins(
         rows, scenario.simulation.sample_time_s, scenario.plant.name, unit, machines.size - 1
     )
@@ -233,10 +242,12 @@ class AskedMargins:
         self._angles = np.unique(np.r_[np.pi * FREQUENCIES, np.angle(light), modes])
         z = np.exp(1j * self._angles)[:, None, None]
         unit = np.eye(every.a.shape[-1])
-        #: (points, frequencies, signals, axes) response of the signals to the commands.
-        self._answers = every.c[:, None] @ np.linalg.solve(
-            z * unit - every.a[:, None], every.b[:, None].astype(complex)
-        )
+        inputs = np.concatenate([every.b, every.e], axis=2)[:, None].astype(complex)
+        states = np.linalg.solve(z * unit - every.a[:, None], inputs)
+        #: (points, frequencies, signals, axes) response of the signals to commands, and to loads;
+        #: that of the positions to both.
+        self._answers, self._loaded = np.split(every.c[:, None] @ states, 2, axis=-1)
+        self._moved = every.d[:, None] @ states
 
     def of(self, controller: Controller) -> "AskedMargins":
         """Return the same requirements for another controller."""
@@ -304,6 +315,12 @@ class AskedMargins:
         with np.errstate(all="ignore"):
             through = _responses(controllers, self._answers, self._angles)
             whole = np.eye(through.shape[-1]) - through
+            if "compliance" in self._required:
+                pushed = _responses(controllers, self._loaded, self._angles)
+                moved, loaded = np.split(_lanes(self._moved, len(whole)), 2, axis=-1)
+                soft = np.diagonal(loaded + moved @ np.linalg.solve(whole, pushed), 0, 2, 3)
+            else:
+                soft = np.zeros(whole.shape[:3])
             others = [np.delete(np.delete(whole, k, -1), k, -2) for k in range(whole.shape[-1])]
             sensitivity = np.stack([np.linalg.det(each) for each in others], axis=-1)
             sensitivity = sensitivity / np.linalg.det(whole)[..., None]
@@ -318,12 +335,24 @@ class AskedMargins:
                 name: np.fmin.reduce(x, -1, initial=np.inf) for name, x in per_crossing.items()
             }
             both = {"sensitivity": _peaks(np.abs(sensitivity)), **least}
+            goals = self._goals(sensitivity, soft)
+            near = np.tile(self._off[: len(self._answers)] == 0.0, len(whole) // len(self._answers))
+            both |= {key: np.where(near[:, None], x, np.nan) for key, x in goals.items()}
             if self._narrow and known.shape[1] == 1:
                 both["sensitivity"] = np.fmax(
                     both["sensitivity"], _thin(machines, controllers, poles)
                 )
             both["modes"] = self._swung(loop, np.fmax.reduce(unity, -1))
         return {name: np.where(known, each, np.nan) for name, each in both.items()}
+
+    def _goals(self, sensitivity: Any, soft: Any) -> dict[str, Floats]:
+        """Return ``GOALS`` (lanes, axes) from responses (lanes, frequencies, axes)."""
+        closed = np.abs(1.0 - sensitivity)
+        crossed, share = between(np.log(closed / MINUS_3_DB).swapaxes(1, 2))
+        ends = self._angles[:-1] * (self._angles[1:] / self._angles[:-1]) ** share
+        ends = np.where(crossed, ends / (2.0 * np.pi * self._every), np.inf)
+        goals = ends.min(axis=-1), _peaks(closed), _peaks(np.abs(soft))
+        return dict(zip(GOALS, goals, strict=True))
 
     def _swung(self, loop: Any, crossover: Floats) -> Floats:
         """Return how near modes of the stress lead loops to -1, (lanes, axes), see ``swung``."""
@@ -357,6 +386,11 @@ def _at_the_limit(scenario: Scenario, loop: Loop, machines: Machines) -> Steady 
     hard = np.argsort(-np.abs(np.linalg.eigvals(about.a)).max(axis=1))
     some = hard[(LIMIT * (1.0 - scenario.stress.share) * len(hard)).astype(int)]
     return jax.tree.map(lambda leaf: leaf[some], about)
+
+
+def _lanes(each: Floats, count: int) -> Floats:
+    """Return the values of the points for ``count`` lanes (individuals x points)."""
+    return np.tile(each, (count // len(each), 1, 1, 1))
 
 
 def _closed(machines: Steady, controllers: Controllers) -> Any:

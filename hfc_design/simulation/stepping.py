@@ -199,7 +199,7 @@ def stepping(
     def body(carry: Carry, row: Samples) -> tuple[Carry, Any]:
         before, watch = carry
         # Slicing here and not outside keeps each leaf one operand of the compiled loop.
-        numbers = jax.tree.map(_rows, every)
+        numbers = jax.tree.map(nested, every)
         after = step(nominal, all_fixed, samples.sample_time, numbers, before, row)
         copy = jax.tree.map(lambda leaf: leaf[count:], before.states) if doubled else ()
         seen = (first(before), first(after.commands), watch, row, copy)
@@ -208,7 +208,7 @@ def stepping(
         return (after, watch), record if recorded else None
 
     def started(here: tuple[State, ...], off: tuple[State, ...]) -> Carry:
-        numbers = jax.tree.map(_rows, gains)
+        numbers = jax.tree.map(nested, gains)
         machine = start(fixed, zeros, here, numbers)
         if not doubled:
             return machine, closed_loop.first_monitor(loop, zeros, machine)
@@ -232,7 +232,7 @@ def _both(one: PyTree, other: PyTree) -> PyTree:
     return jax.tree.map(lambda *leaves: jnp.concatenate(leaves, axis=-1), one, other)
 
 
-def _rows(leaf: Array) -> Rows:
+def nested(leaf: Array) -> Rows:
     """Return a leaf (..., individuals) as nested tuples of its rows (individuals,)."""
     if leaf.ndim == 1:
         return leaf

@@ -15,13 +15,21 @@ ASKED = {
     "gain_margin": ("gain_up", False, (1.0, 1e6)),
     "phase_margin_deg": ("phase_deg", False, (0.0, 180.0)),
     "delay_margin_samples": ("delay_samples", False, (0.0, 1e4)),
+    "bandwidth_hz": ("bandwidth_hz", False, (0.0, 1e6)),
+    "closed_loop_peak": ("closed_loop_peak", True, (1.0, 100.0)),
+    "compliance": ("compliance", True, (0.0, 1e12)),
 }
+#: Those of ``ASKED`` that are goals rather than margins: shown only where a scenario names them.
+GOALS = ("bandwidth_hz", "closed_loop_peak", "compliance")
 #: Unit and meaning of each of ``ASKED``.
 MEANT = {
     "sensitivity": ("1", "largest sensitivity Ms of the linearised loop, |1 / (1 + L)|"),
     "gain_margin": ("1", "smallest factor upwards on the gain that the linearised loop tolerates"),
     "phase_margin_deg": ("deg", "smallest lag that the linearised loop tolerates"),
     "delay_margin_samples": ("samples", "smallest additional delay that it tolerates"),
+    "bandwidth_hz": ("Hz", "lowest frequency where |L / (1 + L)| of it falls to -3 dB"),
+    "closed_loop_peak": ("1", "its largest |L / (1 + L)|, Mt"),
+    "compliance": ("error/load", "its largest |position / load|, over all frequencies"),
 }
 #: Largest singular value of ``a - 1`` that counts as 0 and so shows an integrator. The poles do not
 #: show it: by rounding, two or three integrators in series have theirs at 1 +- 1e-8 or 1e-5.
@@ -102,6 +110,7 @@ class Margins(NamedTuple):
     delay: float | None  # samples
     sensitivity: float  # largest |1 / (1 + L)|, Ms
     peak: float  # angle of the largest one
+    closed: float  # largest |L / (1 + L)|, Mt
     disk: float  # of gain and phase together: 2 / largest |(1 - L) / (1 + L)|
     bandwidth: float | None  # angle at which |L / (1 + L)| first falls to -3 dB
     crossover: float | None  # largest angle at which |L| is 1
@@ -116,11 +125,11 @@ def margins(loop: OpenLoop) -> Margins:
     angles, s = _looked_at(at, np.concatenate([before, after]), _of_a_loop)
     with np.errstate(divide="ignore", invalid="ignore"):
         factors, unity, lags = crossings(angles, 1.0 / s - 1.0)
-        (*_, closed), (sizes, skew) = _of_a_loop(s)
+        (*_, closed), (sizes, skew, _) = _of_a_loop(s)
     if np.linalg.svd(loop.a - np.eye(len(loop.b)))[1][-1:].sum() > INTEGRATES:
         factors = np.append(factors, 1.0 / (1.0 - (1.0 / at(np.zeros(1))).real))
     factors = factors[(factors > 1.0 / NO_MARGIN) & (factors < NO_MARGIN)]
-    crossed, share = _between(closed)
+    crossed, share = between(closed)
     peak = int(np.nanargmax(sizes))
     return Margins(
         bool(np.abs(after[:1]).sum() < 1.0),
@@ -131,6 +140,7 @@ def margins(loop: OpenLoop) -> Margins:
         _end(lags / unity, np.min),
         float(sizes[peak]),
         float(angles[peak]),
+        float(np.nanmax(np.abs(1.0 - s))),
         float(2.0 / np.nanmax(skew)),
         _end(_place(angles, share)[crossed], np.min),
         _end(unity, np.max),
@@ -151,10 +161,10 @@ def crossings(angles: Floats, loop: Floats) -> tuple[Floats, Floats, Floats]:
     """
     with np.errstate(all="ignore"):
         turn = loop[..., 1:] / loop[..., :-1]
-        crossed, share = _between(np.log(np.abs(loop)))
+        crossed, share = between(np.log(np.abs(loop)))
         unity = np.where(crossed, _place(angles, share), np.nan)
         lags = (np.angle(loop[..., :-1] * turn**share) + np.pi) % (2.0 * np.pi)
-        crossed, share = _between(loop.imag)
+        crossed, share = between(loop.imag)
         real = loop.real[..., :-1] + share * np.diff(loop.real)
         real = np.where(crossed & (turn.real > HALF * np.abs(turn)), real, np.nan)
         factors = -1.0 / np.concatenate([real, loop.real[..., -1:]], axis=-1)
@@ -172,7 +182,7 @@ def swung(loop: Any, damping: float, share: float) -> Floats:
     return np.asarray(-share / (2.0 * damping) * off.imag / np.abs(off) ** 2)
 
 
-def _between(part: Floats) -> tuple[Mask, Floats]:
+def between(part: Floats) -> tuple[Mask, Floats]:
     """Return whether a part changes sign before the next angle, and at which share of the way."""
     crossed = (part[..., :-1] > 0.0) != (part[..., 1:] > 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -221,7 +231,7 @@ Parts: TypeAlias = tuple[Sequence[Floats], Sequence[Floats]]
 def _of_a_loop(s: Floats) -> Parts:
     loop = 1.0 / s - 1.0
     crossed = loop.imag, np.log(np.abs(loop)), np.log(np.abs(1.0 - s) / BAND)
-    return crossed, (np.abs(s), np.abs(2.0 * s - 1.0))
+    return crossed, (np.abs(s), np.abs(2.0 * s - 1.0), np.abs(1.0 - s))
 
 
 def _looked_at(
@@ -238,7 +248,7 @@ def _looked_at(
         with np.errstate(divide="ignore", invalid="ignore"):
             crossed, peaks = sought(s)
         for part in crossed:
-            wanted |= _between(part)[0]
+            wanted |= between(part)[0]
         for part in peaks:
             k = int(np.nanargmax(part))
             wanted[max(k - 1, 0) : k + 1] = True

@@ -47,6 +47,9 @@ SAID = {
     "gain_margin": "gain margin {}",
     "phase_margin_deg": "phase margin {} deg",
     "delay_margin_samples": "delay margin {} samples",
+    "bandwidth_hz": "bandwidth {} Hz",
+    "closed_loop_peak": "largest closed-loop gain Mt {}",
+    "compliance": "compliance {}",
 }
 BANDS = "below: between 5 and 95 % of {} other machines"
 #: Shares of the largest K_1 at which K_2 bounds are listed.
@@ -231,6 +234,7 @@ def numbers(margins: Margins, every: float, compliance: tuple[float, float]) -> 
         "delay_ms": None if margins.delay is None else 1e3 * every * margins.delay,
         "sensitivity": margins.sensitivity,
         "sensitivity_hz": hertz(margins.peak),
+        "closed_loop_peak": margins.closed,
         "disk": margins.disk,
         "crossover_hz": hertz(margins.crossover),
         "bandwidth_hz": hertz(margins.bandwidth),

@@ -35,9 +35,11 @@ KD = (0.3, 1.0, 3.0)
 def test_what_a_search_takes_for_margins_is_near_the_exact_ones(name):
     """At the same points, from 64 frequencies; where there is no end there is none.
 
-    The gain beside the resonance of the transmission, where the loop turns fast, is rougher.
+    The gain beside the resonance of the transmission, where the loop turns fast, is rougher, and so
+    is the compliance of the PD, which has a sharp peak between two frequencies.
     """
-    scenario = api.load_scenario("c-axis-ramp", {"constraints.sensitivity": 2.0})
+    rough = {"gain_margin": 0.1, "compliance": 0.02}
+    scenario = api.load_scenario("c-axis-ramp", {"constraints.compliance": 1.0})
     design = api.load_design(name)
     controller, gains = controller_of(design, scenario)
     asked = AskedMargins(scenario, closed_loop(scenario, controller))
@@ -48,9 +50,8 @@ def test_what_a_search_takes_for_margins_is_near_the_exact_ones(name):
             if expected is None:
                 assert found[what][k, 0] == np.inf
             else:
-                assert found[what][k, 0] == pytest.approx(
-                    expected, rel=0.1 if what == "gain_margin" else 0.01
-                )
+                share = rough.get(what, 0.01)
+                assert found[what][k, 0] == pytest.approx(expected, rel=share)
 
 
 def test_who_breaks_more_ranks_lower_and_who_keeps_all_is_left_alone():
@@ -132,6 +133,7 @@ def test_a_machine_that_a_stress_just_does_not_forgive_must_not_grow_as_it_slide
         ("gain_margin", 1.0),
         ("phase_margin_deg", 200.0),
         ("delay_margin_samples", -1.0),
+        ("closed_loop_peak", 0.5),
     ],
 )
 def test_a_margin_that_no_loop_can_have_is_told_in_a_line(key, value):

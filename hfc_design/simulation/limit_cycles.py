@@ -1,0 +1,146 @@
+"""Limit cycles of a loop at rest: the prediction by describing functions, beside a simulation.
+
+The describing function is not that of a single element but of the whole loop, opened at its
+command: a sine of amplitude A drives the machine, and the first harmonic of what the controller
+answers gives L(A, f), with gaps, friction, encoder steps and a fuzzy law in it. A limit cycle is
+predicted where L = -1. It is stable if |L| falls with A there: a larger oscillation then decays.
+(Gelb & Vander Velde, Multiple-Input Describing Functions and Nonlinear System Design, 1968, ch. 3)
+"""
+
+from typing import Any
+
+import jax
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from hfc_design.core.numbers import Floats
+from hfc_design.files.design import AnyDesign
+from hfc_design.files.named_scenario import AnyScenario
+from hfc_design.motion.samples import Samples
+from hfc_design.simulation import population
+from hfc_design.simulation.frequency import Setup
+from hfc_design.simulation.stepped_sines import WINDOW, Sines, stepped_sines, whole_periods
+from hfc_design.stability.frequency import LimitCycle
+from hfc_design.stability.margins import between
+
+#: Smallest and largest amplitude, as shares of the largest command, and their number; number of
+#: frequencies.
+AMPLITUDES, FREQUENCIES = (2e-3, 50.0, 40), 48
+#: Ratio of the ends of the second grid to its middle.
+NEAR = 1.12
+#: Periods of a reference that starts the simulated oscillation, until it has settled, and measured.
+KICKED, SETTLED, MEASURED = 6, 40, 20
+#: Amplitudes of that reference, as factors on the predicted one; share that counts as sustained.
+KICKS, SUSTAINED = (1.0, 3.0, 10.0), 0.02
+
+
+def limit_cycles(
+    design: AnyDesign, scenario: AnyScenario | None = None, axis: str | None = None
+) -> list[LimitCycle]:
+    """Return the limit cycles of a design's loop at rest, on its nominal machine.
+
+    For the arguments and errors see ``simulated_response``.
+    """
+    setup = Setup.of(design, scenario, axis, 0.0, 0)
+    amplitudes = np.geomspace(*AMPLITUDES) * setup.largest
+    found = _predicted(setup, amplitudes, whole_periods(FREQUENCIES))
+    return [_simulated(setup, _closer(setup, one)) if one.stable else one for one in found]
+
+
+def _closer(setup: Setup, cycle: LimitCycle) -> LimitCycle:
+    """Return the cycle from a finer grid around it."""
+    amplitudes = np.geomspace(1.0 / NEAR, NEAR, AMPLITUDES[2]) * cycle.driven
+    periods = np.geomspace(1.0 / NEAR, NEAR, FREQUENCIES) * cycle.hz * WINDOW * setup.every
+    near = [one for one in _predicted(setup, amplitudes, periods) if one.stable]
+    return min(near, key=lambda one: abs(np.log(one.hz / cycle.hz)), default=cycle)
+
+
+def _predicted(setup: Setup, amplitudes: Floats, periods: Floats) -> list[LimitCycle]:
+    """Return where L = -1 between neighbouring amplitudes and frequencies."""
+    some = setup.machines.take(np.zeros(len(amplitudes), int))
+    shift = np.zeros((len(amplitudes), len(periods)))
+    for _ in range(2):  # the second time about the place where the sine moves the axis to and fro
+        sines = Sines(amplitudes, None, shift)
+        at = (setup.point.row, setup.point.speeds, sines, setup.axis, periods)
+        answers = stepped_sines(setup.loop, some, setup.gains, *at, opened=True)
+        shift = shift + answers.middle
+    with np.errstate(all="ignore"):
+        loop = -answers.answer / answers.added
+        crossed, share = between(loop.imag)
+        size = -(loop.real[:, :-1] + share * np.diff(loop.real))
+        crossed &= size > 0.0
+        scale = amplitudes[:, None] / np.abs(answers.added)
+        hertz = np.broadcast_to(answers.hertz, loop.shape)
+        each = [np.log(np.abs(x)) for x in (hertz, answers.command * scale, answers.seen * scale)]
+        each = [x[:, :-1] + share * np.diff(x) for x in each]
+        size = np.log(size)
+    cycles = list[LimitCycle]()
+    for k, n in zip(*np.nonzero(crossed[:-1]), strict=True):
+        others = np.flatnonzero(crossed[k + 1])
+        if not others.size:
+            continue
+        # The same crossing at the next amplitude: the nearest in frequency.
+        m = others[np.abs(each[0][k + 1, others] - each[0][k, n]).argmin()]
+        one, two = size[k, n], size[k + 1, m]
+        if (one > 0.0) != (two > 0.0):
+            way = one / (one - two)
+            pairs = [(np.log(amplitudes[k]), np.log(amplitudes[k + 1]))]
+            pairs += [(x[k, n], x[k + 1, m]) for x in each]
+            driven, hz, command, position = (float(np.exp(x + way * (y - x))) for x, y in pairs)
+            cycles.append(LimitCycle(hz, command, position, driven, bool(two < one)))
+    return cycles
+
+
+def _simulated(setup: Setup, cycle: LimitCycle) -> LimitCycle:
+    """Return a cycle with what remains of an oscillation that a sine of the reference started."""
+    row, every = setup.point.row, setup.every
+    period = 1.0 / (cycle.hz * every)
+    steps = int((KICKED + SETTLED + MEASURED) * period) + 1
+    swing = np.where(np.arange(steps) < KICKED * period, np.arange(steps) / period, 0.0)
+    one = setup.machines.take(np.zeros(1, int))
+    best = cycle
+    for kick in KICKS:
+        reference = kick * cycle.position * np.sin(2.0 * np.pi * swing)
+        samples = _still(row, setup.axis, reference)
+        _, moved = population.trajectory(setup.loop, one, samples, setup.gains)
+        motion, drive = moved[setup.axis], setup.loop.machine.drives[setup.axis]
+        state = jax.tree.map(lambda leaf: leaf[-int(MEASURED * period) :, 0], motion.state)
+        seen = getattr(state, drive.seen[0])
+        hz, position = _oscillation(seen, every, cycle.hz)
+        _, command = _oscillation(motion.command[-len(seen) :, 0], every, hz)
+        if position > SUSTAINED * cycle.position and not position < best.simulated_position:
+            best = best._replace(
+                simulated_hz=hz, simulated_command=command, simulated_position=position
+            )
+    return best
+
+
+def _still(row: Samples, axis: int, reference: Floats) -> Samples:
+    """Return the samples of a machine at rest, one axis of which gets a reference besides."""
+
+    def repeated(leaf: Any) -> Floats:
+        return np.repeat(np.asarray(leaf, float)[..., None], len(reference), axis=-1)
+
+    whole = jax.tree.map(repeated, row._replace(sample_time=None, start=(), copy_start=()))
+    axes = list(whole.axes)
+    moved = axes[axis].reference + reference
+    axes[axis] = axes[axis]._replace(reference=moved, target=moved)
+    rest = {"sample_time": row.sample_time, "start": row.start}
+    return whole._replace(axes=tuple(axes), copy_start=row.start, **rest)
+
+
+def _oscillation(values: Floats, every: float, near: float) -> tuple[float, float]:
+    """Return frequency [Hz], within a half of ``near``, and amplitude of the largest sine."""
+    window = np.hanning(len(values))
+    off = (values - np.average(values, weights=window)) * window
+    time = every * np.arange(len(values))
+
+    def amplitude(hz: float) -> float:
+        return float(2.0 * np.abs(off @ np.exp(-2j * np.pi * hz * time)) / window.sum())
+
+    tried = np.linspace(0.5 * near, 1.5 * near, 8 * MEASURED)
+    step = tried[1] - tried[0]
+    first = max(tried, key=amplitude)
+    ends = (first - step, first + step)
+    hz = float(minimize_scalar(lambda x: -amplitude(x), bounds=ends, method="bounded").x)
+    return hz, amplitude(hz)
