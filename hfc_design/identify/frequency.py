@@ -22,8 +22,8 @@ from plants import Drive
 #: Largest length of a segment [samples], least number of segments, least length [samples]; number
 #: of independent segments that one with half overlap counts as (Welch).
 SEGMENT, PARTS, LEAST, OVERLAP = 16384, 5, 32, 0.82
-#: Number of neighbouring frequencies whose median coherence counts.
-CALM = 9
+#: Number of neighbouring frequencies whose median coherence counts; coherence that counts alone.
+CALM, NO_CHANCE = 9, 0.9
 #: Modes: least factor of a peak over its surroundings; width of the fit as a factor on the
 #: frequency; dampings from which it starts; least number of frequencies; factor by which the mode
 #: has to reduce the squares; largest standard error of its frequency, as a share of it.
@@ -77,9 +77,8 @@ def measured_response(log: Recording, drive: Drive, source: str) -> FrequencyRes
 
     to_command, to_place = (density(x, one, length, every) for one in (u, y))
     trust = np.minimum(coherence(x, u), coherence(x, y))
-    # Of noise a few frequencies are coherent by chance; of a log of single sines only few are at all.
-    calm = median_filter(trust, CALM, mode="nearest")
-    trust = calm if (calm >= KNOWN).any() else trust
+    # A few frequencies of noise are coherent by chance; of a log of single sines only few are.
+    trust = np.where(trust > NO_CHANCE, trust, median_filter(trust, CALM, mode="nearest"))
     if not (trust >= KNOWN).any():
         raise UserError(
             f"{source}: the coherence is below {KNOWN:g} at all frequencies (largest "

@@ -44,6 +44,7 @@ class Setup(NamedTuple):
     gains: Gains
     machines: Machines  # the nominal one first
     point: Point
+    fastest: Point  # of the scenario, by this axis
     axis: int
 
     @classmethod
@@ -68,14 +69,13 @@ class Setup(NamedTuple):
         robust = where.robust or RobustSettings(spread=SPREAD)
         draw = (robust.spread, machines, where.run.seed + BEYOND, robust.tolerances)
         some, _ = drawn(machine(design, where), *draw, key="robust.spread")
-        if speed is None:
-            point = max(operating_points(where), key=lambda one: abs(one.speeds[number]))
-        else:
+        point = fastest = max(operating_points(where), key=lambda one: abs(one.speeds[number]))
+        if speed is not None:
             motion = where.each_motion()[0]
             speeds = tuple(speed if k == number else 0.0 for k in range(len(axes)))
             point = Point("", steady_row(motion, motion.samples(), 0, speeds), speeds)
         name = f"{design.name} {axes[number]}" if len(axes) > 1 else design.name
-        return cls(name, where, loop, gains, standing(some, where, loop), point, number)
+        return cls(name, where, loop, gains, standing(some, where, loop), point, fastest, number)
 
     @property
     def every(self) -> float:
@@ -84,7 +84,7 @@ class Setup(NamedTuple):
 
     @property
     def largest(self) -> float:
-        """The largest command; without a limit, that which the steady motion needs.
+        """The largest command; without a limit, that which the fastest motion needs.
 
         Raises:
             UserError: there is neither.
@@ -93,7 +93,7 @@ class Setup(NamedTuple):
         limit = largest_command(self.scenario.limits.of(axis))
         largest = drive.largest_commands(self.machines.nominal[self.axis], limit)[1]
         if not np.isfinite(largest):
-            about = near(self.loop, self.machines.take(np.zeros(1, int)), [self.point])
+            about = near(self.loop, self.machines.take(np.zeros(1, int)), [self.fastest])
             largest = float(np.abs(about.commands[0, self.axis]))
         if not largest > 0.0:
             given = option("amplitude", ..., "amplitudes")
@@ -143,7 +143,9 @@ def simulated_response(
     command, load = np.r_[np.full(machines + 1, sizes[middle]), others], 1.0
     for _ in range(CORRECTIONS):
         first = setup.sines(np.zeros(1), command[:1], np.array([load]), frequencies)
-        load *= float(np.abs(first.added / first.resisting).min())
+        with np.errstate(all="ignore"):  # nothing moves, or the loop diverges
+            more = float(np.abs(first.added / first.resisting).min())
+        load *= more if np.isfinite(more) and more > 0.0 else 1.0
     answers = setup.sines(chosen, command, command * load / command[0], frequencies)
     begins = [*range(machines + 1, machines + 1 + len(others))]
     parts = [slice(k, k + 1) for k in begins]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from hfc_design.core.numbers import Floats, Json, Mask, storable
-from hfc_design.core.tables import MISSING, Table, line
+from hfc_design.core.tables import MISSING, Table, line, text
 from hfc_design.stability.margins import BAND, between, crossings
 from hfc_design.stability.report import lag
 
@@ -194,7 +194,7 @@ class Frequencies(NamedTuple):
                 ends = "..".join(map(_cell, np.quantile(each, ENDS)))
                 row.append(_cell(each[0]) + f"\n{ends}" * (len(each) > 1))
             rows.append(row)
-            lines += [f"{one.source}: {text}" for text in one.lines]
+            lines += [f"{one.source}: {sentence}" for sentence in one.lines]
         most = max(len(one.drive) for one in self.responses) - 1
         about = ABOUT.format(KNOWN) + (f"; {BANDS.format(most)}" if most else "")
         both = [Table(f"{about}.", head, rows, lines=lines)]
@@ -210,8 +210,7 @@ class Frequencies(NamedTuple):
             if one.stable:
                 remained = (one.simulated_hz, one.simulated_position, one.simulated_command)
                 rows.append(["simulated", *map(_cell, remained)])
-        none = "" if rows else "; none is predicted"
-        return Table(f"{CYCLES}{none}.", head, rows)
+        return Table(f"{CYCLES}.", head, rows) if rows else text("no limit cycle is predicted")
 
     def figure(self) -> "Figure":
         """Draw all responses, see ``drawn``."""
