@@ -127,7 +127,7 @@ class AxisPath(NamedTuple):
         low, high = ends.min(axis=0), ends.max(axis=0)
         for k in np.flatnonzero(self.turning):  # an axis of the plane may turn back
             first = np.arctan2(*self.tangent[::-1, k]) / (pi / 2)
-            last = first + self.turning[k] * self.length[k] / (pi / 2)
+            last = first + np.clip(self.turning[k] * self.length[k] / (pi / 2), -4.0, 4.0)
             quarters = np.arange(np.ceil(min(first, last)), np.floor(max(first, last)) + 1)
             ways = (quarters - first) * (pi / 2) / self.turning[k]
             places = self.on(np.full(len(ways), k), ways).position

@@ -92,7 +92,7 @@ PLANES = {17: (0, 1), 18: (2, 0), 19: (1, 2)}
 #: Length of a unit [mm].
 UNITS = {20: 25.4, 21: 1.0}
 #: Unit of a feed: with G93 it is 1 / (time of the block).
-FEEDS = {93: "1/min", 94: "mm/min", 95: "mm/rev"}
+FEEDS = {93: "per minute", 94: "mm/min", 95: "mm/rev"}
 
 AXES = "XYZABC"
 #: Words in the unit of length.
@@ -379,10 +379,10 @@ class _Machine:
             words = words | {k: words[k] - at for k, at in zip(offsets, start, strict=True)}
         ccw = self.mode == 3
         centre = _centre(start, end, words, offsets, ccw)
-        if dist(reached, centre) < SAME_PLACE:
-            raise ValueError("an arc smaller than the rounding of the one before")
         sweep = _sweep(start, end, centre, ccw)
         sweep += copysign(2 * pi * (turns - 1), sweep) + _angle(reached, start, centre)
+        if dist(reached, centre) * min(abs(sweep), 1.0) < SAME_PLACE:
+            raise ValueError("an arc smaller than its rounding, or that of the one before")
         share, places = dist(reached, centre) / dist(end, centre), [*to]
         for axis, about in zip(plane, centre, strict=True):
             places[axis] = about + share * (to[axis] - about)
@@ -436,11 +436,9 @@ def _centre(start: Point, end: Point, words: Words, offsets: tuple[str, str], cc
 
 
 def _sweep(start: Point, end: Point, centre: Point, ccw: bool) -> float:
-    """Return the angle [rad] of an arc, ccw > 0; a full turn if start and end are the same."""
-    if dist(start, end) < SAME_PLACE:
-        return 2 * pi if ccw else -2 * pi
-    turn = _angle(start, end, centre)
-    return turn % (2 * pi) if ccw else -(-turn % (2 * pi))
+    """Return the angle [rad] of an arc, ccw > 0; a full turn if it ends in the same direction."""
+    turn = 0.0 if dist(start, end) < SAME_PLACE else _angle(start, end, centre)
+    return turn % (2 * pi) or 2 * pi if ccw else -(-turn % (2 * pi) or 2 * pi)
 
 
 def _angle(start: Point, end: Point, centre: Point) -> float:

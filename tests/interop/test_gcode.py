@@ -16,7 +16,7 @@ PLANES = {"XY": (0, 1, 2), "XZ": (2, 0, 1), "YZ": (1, 2, 0)}
 CALL = re.compile(r" ([A-Z0-9_]+)\((.*)\)$")
 
 PROGRAMS = {
-    "arcs in X-Y": "G21 F500\nG0 X10 Y5\nG2 X20 Y15 I10\nG3 X10 Y25 R10\nG2 X0 Y15 R-10\nG3 I5 J5",
+    "arcs in X-Y": "F500\nG0 X10 Y5\nG2 X20 Y15 I10\nG3 X10 Y25 R10\nG2 X0 Y15 R-10\nG3 X-.001 I9",
     "arcs in Z-X": "G18 F500\nG1 X10\nG2 X15 Z5 I5\nG3 X10 Z10 R5\nG2 X5 Z5 R-5\nG3 X5 Z5 I-5 K1",
     "arcs in Y-Z": "G19 F500\nG1 Y10\nG2 Y15 Z5 J5\nG3 Y10 Z10 R5\nG2 Y5 Z5 R-5\nG3 J-5 K1",
     "helices": "F300\nG2 X10 I5 Z-2 A30\nG18 G3 Z8 K5 Y4 C-20\nG19 G2 Y10 J3 X20\nG17 G3 I2 Z5",

@@ -127,6 +127,8 @@ def test_arc_whose_radii_differ_by_rounding_leaves_no_accumulated_error(path_of)
     path = path_of("F300 G0 X10\nG3 X0 Y10.008 I-10\nG1 X-5\n")
     np.testing.assert_allclose(ends(path)[1:], [[0, 10], [-5, 10.008]], atol=1e-12)
     assert path.start[:, 2].tolist() == pytest.approx([0.0, 10.0], abs=1e-12)
+    across = path_of("F300 G0 X10\nG3 X0 Y10.008 I-10\nG2 X5 Y15.008 J5\nG1 X9")  # 8 um along it
+    np.testing.assert_allclose(ends(across)[:-1].T, across.start[:, 1:], atol=1e-12)
 
 
 def test_relative_and_absolute_say_the_same(path_of):
@@ -309,6 +311,7 @@ BAD = {
         "G95 S9 F60\nG1 X1\n",
     ],
     3: [
+        "F60\nG3 X2 I1.005\nG2 X2.01 I.005\n",
         "G1 F60 X1\n\nX\n",
         "G1 F60 Z1\nX1 Z1\nX2 Z0\n",
     ],
