@@ -333,7 +333,7 @@ def test_bad_program_is_one_line(program, line, text):
 
 @settings(deadline=None)
 @given(
-    st.text(alphabet="GXYZABCIJRFM0123459.- \n(;%Q", max_size=80).map(lambda text: f"G1 F60 {text}")
+    st.text(alphabet="GXYZACIJKRFMPS01289.- \n(;%", max_size=80).map(lambda text: f"G1 F60 {text}")
 )
 def test_any_text_can_be_run_on_six_axes_or_is_refused(text):
     try:
