@@ -27,14 +27,15 @@ class Places(NamedTuple):
 class AxisPath(NamedTuple):
     """Path through the blocks of a program, one column each."""
 
-    plane: tuple[int, int]  # rows of X and Y in the arrays, if there are arcs
+    plane: Indices  # (2, blocks) rows in the arrays of both axes that an arc turns
     lines: Integers  # (blocks,) line of each block in the program
     start: Floats  # (axes, blocks)
-    rate: Floats  # (axes, blocks) derivative of the position by the way; 0 in X and Y of an arc
+    rate: Floats  # (axes, blocks) derivative of the position by the way; 0 in an arc's plane
     length: Floats  # (blocks,) way along each block [mm or deg]
     feed: Floats  # (blocks,) [mm/s or deg/s]; infinite for G0
+    rest: Floats  # (blocks,) time at the start of each [s]
     linear: Mask  # (blocks,) True if the way is in mm
-    tangent: Floats  # (2, blocks) derivative of X and Y at the start of an arc; 0 for a line
+    tangent: Floats  # (2, blocks) derivative of the plane's axes at an arc's start; 0 for a line
     turning: Floats  # (blocks,) turn of that tangent per way [rad/mm], to the left if positive
     knots: Floats  # (blocks + 1,) way at the start of each block, and at the end of the path
 
@@ -44,23 +45,24 @@ class AxisPath(NamedTuple):
         rows = [AXES.index(axis.upper()) for axis in axes]
         start, end = (np.array([getattr(b, key) for b in blocks]).T for key in ("start", "end"))
         length = np.array([block.length for block in blocks])
-        radius = np.zeros((2, len(blocks)))
+        radius, planes = np.zeros((2, len(blocks))), np.array([block.plane for block in blocks]).T
         turning = np.zeros(len(blocks))
         for k, block in enumerate(blocks):
             if block.centre is not None:
                 turning[k] = block.sweep / length[k]
-                radius[:, k] = np.subtract(block.start[:2], block.centre)
-        rate = np.where((np.arange(len(AXES)) < 2)[:, None] & (turning != 0), 0.0, end - start)
-        tangent = turning * np.stack([-radius[1], radius[0]])  # its length: X-Y's share of the way
+                radius[:, k] = np.take(block.start, block.plane) - block.centre
+        rate, bent = end - start, np.flatnonzero(turning)
+        rate[planes[:, bent], bent] = 0.0
+        tangent = turning * np.stack([-radius[1], radius[0]])  # its length: the arc's share of way
         feeds = [np.inf if block.feed is None else block.feed for block in blocks]
-        places = [axes.index(axis) if axis in axes else 0 for axis in "xy"]
         return cls(
-            (places[0], places[1]),
+            np.array([axes.index(axis) if axis in axes else 0 for axis in "xyz"])[planes],
             np.array([block.line for block in blocks]),
             start[rows],
             (rate / length)[rows],
             length,
             np.array(feeds) / 60.0,
+            np.array([block.rest for block in blocks]),
             np.array([block.linear for block in blocks]),
             tangent,
             turning,
@@ -97,8 +99,8 @@ class AxisPath(NamedTuple):
         position = self.start[:, k] + direction * s
         bend = np.zeros_like(direction)
         if self.turning.any():
-            plane, turning, tangent = list(self.plane), self.turning[k], self.tangent[:, k]
-            half = 0.5 * turning * s
+            turning, tangent = self.turning[k], self.tangent[:, k]
+            plane, half = (self.plane[:, k], np.arange(len(k))), 0.5 * turning * s
             position[plane] += s * np.sinc(half / pi) * turned(tangent, half)
             now = turned(tangent, 2 * half)
             direction[plane] += now
@@ -107,15 +109,15 @@ class AxisPath(NamedTuple):
 
     @property
     def curvature(self) -> Floats:
-        """Curvature (blocks,) of arcs that stay in X-Y [1/mm], positive to the left; else 0."""
-        whole = np.hypot(*self.tangent) > 1.0 - 1e-12
-        return np.where(whole, self.turning, 0.0)
+        """Curvature (blocks,) of arcs in the first two axes alone [1/mm], left positive; else 0."""
+        whole = (np.hypot(*self.tangent) > 1.0 - 1e-12) & (self.plane.max(axis=0) < 2)
+        return np.where(whole, (self.plane[1] - self.plane[0]) * self.turning, 0.0)
 
     @property
     def fastest(self) -> Floats:
         """Largest derivative (axes, blocks) of each axis by the way; on an arc an upper bound."""
         largest = np.abs(self.rate)
-        largest[list(self.plane)] += np.hypot(*self.tangent)
+        largest[self.plane, np.arange(len(self.length))] += np.hypot(*self.tangent)
         return largest
 
     def spans(self) -> tuple[Floats, Floats]:
@@ -123,9 +125,9 @@ class AxisPath(NamedTuple):
         blocks = np.arange(len(self.length))
         ends = np.stack([self.start, self.on(blocks, self.length).position])
         low, high = ends.min(axis=0), ends.max(axis=0)
-        for k in np.flatnonzero(self.turning):  # X or Y may turn back
+        for k in np.flatnonzero(self.turning):  # an axis of the plane may turn back
             first = np.arctan2(*self.tangent[::-1, k]) / (pi / 2)
-            last = first + self.turning[k] * self.length[k] / (pi / 2)
+            last = first + np.clip(self.turning[k] * self.length[k] / (pi / 2), -4.0, 4.0)
             quarters = np.arange(np.ceil(min(first, last)), np.floor(max(first, last)) + 1)
             ways = (quarters - first) * (pi / 2) / self.turning[k]
             places = self.on(np.full(len(ways), k), ways).position
@@ -156,8 +158,9 @@ def travel_fault(
 def other_axis_fault(blocks: Sequence[Block], axes: Sequence[str]) -> str | None:
     """Return a line if blocks move an axis that is not in ``axes``, else None."""
     for block in blocks:
-        for axis, a, b in zip(AXES, block.start, block.end, strict=True):
-            moves = a != b or (block.centre is not None and axis in "XY")
+        for k, axis in enumerate(AXES):
+            turns = block.centre is not None and k in block.plane
+            moves = turns or block.start[k] != block.end[k]
             if moves and axis.lower() not in axes:
                 known = ", ".join(axes)
                 return f"line {block.line}: moves {axis}; the machine has only the axes {known}"
@@ -213,8 +216,9 @@ def look_ahead(path: AxisPath, bounds: Bounds, cycle: float) -> Motion:
     if not peak.all():  # rounded to 0: no machine has such limits
         raise ValueError("a block of its program cannot start; check its limits")
     speeds = Speeds(entry, leave, peak, (peak - entry) / rate, (peak - leave) / rate)
-    motion = phased(np.append(0.0, np.cumsum(length)), length, speeds, rate)
-    first = np.flatnonzero(np.diff(block, prepend=-1))
+    first, rest = np.flatnonzero(np.diff(block, prepend=-1)), np.zeros_like(length)
+    rest[first] = path.rest
+    motion = phased(np.append(0.0, np.cumsum(length)), length, speeds, rate, rest)
     return motion._replace(peak=np.maximum.reduceat(peak, first))
 
 
@@ -250,11 +254,11 @@ def _alone(path: AxisPath, bounds: Bounds) -> tuple[Floats, Floats, Floats]:
     limit = np.where(np.isinf(path.feed), bounds.rapid[:, None], bounds.velocity[:, None])
     most = np.minimum(path.feed, (limit * inverse).min(axis=0))
     rate = (bounds.acceleration[:, None] * inverse).min(axis=0)
-    weakest = bounds.acceleration[list(path.plane)].min()  # of X and Y: an arc needs both
+    weakest = bounds.acceleration[path.plane].min(axis=0)  # an arc needs both
     bend = np.abs(path.turning) * np.hypot(*path.tangent)
     arc = bend > 0
-    rate[arc] = np.minimum(rate[arc], weakest / np.hypot(*path.tangent[:, arc]))
-    most[arc] = np.minimum(most[arc], np.sqrt(BEND * weakest / bend[arc]))
+    rate[arc] = np.minimum(rate[arc], weakest[arc] / np.hypot(*path.tangent[:, arc]))
+    most[arc] = np.minimum(most[arc], np.sqrt(BEND * weakest[arc] / bend[arc]))
     return most, rate, bend * most**2 / weakest
 
 
@@ -278,7 +282,7 @@ def _corners(
             speed = np.where(strain > 0.0, np.minimum(speed, np.sqrt(square)), speed)
     slow = speed * (1.0 + SAME) < CYCLES * cycle * np.minimum(rate[:-1], rate[1:])
     other = path.linear[:-1] != path.linear[1:]  # the way changes between mm and deg: stop
-    speed = np.where(slow | other, 0.0, speed)
+    speed = np.where(slow | other | (path.rest[1:] > 0.0), 0.0, speed)
     peaks = [np.minimum(top, np.sqrt(speed**2 + more)) for _, more, top in sides]
     times = [length / peak for (length, *_), peak in zip(sides, peaks, strict=True)]
     return speed, speed * strain / np.minimum(np.minimum(*times), cycle)

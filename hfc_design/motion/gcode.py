@@ -1,10 +1,11 @@
 """Reader of the motion of any axes in a G-code program.
 
 The language is the part of RS274/NGC that moves X, Y, Z [mm or inch] and A, B, C [deg]: G0 to G3,
-with arcs in X-Y by centre (I, J) or radius (R) while other axes may move too; G20/G21 for units,
-G90/G91 for positions, G93/G94 for feeds. Words that move no axis are ignored: N, O, S and T words,
-``IDLE_M``, ``IDLE_G``; ``notes`` lists codes on which machines may differ. Everything else is
-refused: a program that is understood in part would be simulated wrongly.
+with arcs in X-Y, Z-X or Y-Z (G17 to G19) by centre (I, J, K) or radius (R), of P turns, while other
+axes may move too; G4 for rests, G20/G21 for units, G90/G91 for positions, G93 to G95 for feeds.
+Words that move no axis are ignored: N, O and T words, ``IDLE_M``, ``IDLE_G``; ``notes`` lists codes
+on which machines may differ. Everything else is refused: a program that is understood in part would
+be simulated wrongly. All facts are those of LinuxCNC's reference (``gcode.toml``).
 """
 
 import re
@@ -12,7 +13,7 @@ import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from math import atan2, dist, hypot, pi, sqrt
+from math import atan2, copysign, dist, hypot, pi, remainder, sqrt
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -77,7 +78,7 @@ def _number(letter: str, number: str | None) -> float:
 CODES = tomllib.loads(Path(__file__).with_name("gcode.toml").read_text("utf-8"))
 IDLE_G, IDLE_M, ENDS = frozenset(CODES["idle_g"]), frozenset(CODES["idle_m"]), frozenset({2, 30})
 #: Accepted codes that a machine may treat differently -> how they are read.
-NOTED_G = {int(code): how for code, how in CODES["noted_g"].items()}
+NOTED_G = {code: how for how, codes in CODES["noted_g"].items() for code in codes}
 NOTED_BLOCK = "blocks that begin with / are carried out"
 #: Code -> letters of the words that belong to it, and mean nothing without it.
 PARAMETERS = {float(code): letters for code, letters in CODES["parameters"].items()}
@@ -86,20 +87,25 @@ OTHERS: dict[str, dict[float, str]] = {
     letter: {code: why for why, codes in CODES[key].items() for code in codes}
     for letter, key in (("G", "refused_g"), ("M", "refused_m"))
 }
-PLANES = {17: "X-Y", 18: "X-Z", 19: "Y-Z"}
+#: Axes of the plane of arcs, by their places in ``AXES``; the third axis makes it right-handed.
+PLANES = {17: (0, 1), 18: (2, 0), 19: (1, 2)}
 #: Length of a unit [mm].
 UNITS = {20: 25.4, 21: 1.0}
-
+#: Unit of a feed: with G93 it is 1 / (time of the block).
+FEEDS = {93: "per minute", 94: "mm/min", 95: "mm/rev"}
 
 AXES = "XYZABC"
 #: Words in the unit of length.
-LENGTHS = frozenset("XYZIJR")
-IDLE_LETTERS = frozenset("NOST")
-LETTERS = "ABCFGIJKMRXYZ"
-#: Largest difference of the radii at both ends of an arc [mm].
-ROUNDING = 0.01
+LENGTHS = frozenset("XYZIJKR")
+IDLE_LETTERS = frozenset("NOT")
+LETTERS = "ABCFGIJKMPRSXYZ"
+#: Largest difference of the radii at both ends of an arc [mm]: this, or this share of the radius up
+#: to a limit, both as in LinuxCNC.
+ROUNDING, ROUNDED_SHARE, MOST_ROUNDING = 0.01, 0.001, 0.5
 #: Largest number in a program; larger ones are of no use and would overflow when squared.
 LARGEST = 1e6
+#: Largest number of turns of an arc.
+MOST_TURNS = 1000
 #: Largest number of lines, which are read in a few seconds.
 MOST_LINES = 50_000
 
@@ -109,15 +115,17 @@ ORIGIN: Places = (0.0,) * len(AXES)
 
 
 class Block(NamedTuple):
-    """Straight line in all axes, or an arc in X-Y with a straight line in all others."""
+    """Straight line in all axes, or an arc in a plane with a straight line in all others."""
 
     line: int  # of the program
     start: Places
     end: Places
     #: Feed [mm/min] along X-Y-Z, or [deg/min] along A-B-C if only these move; None: G0.
     feed: float | None
-    centre: Point | None = None  # of an arc
-    sweep: float = 0.0  # [rad], ccw if positive
+    rest: float  # time at the start [s]
+    centre: Point | None = None  # of an arc, in its plane
+    sweep: float = 0.0  # [rad], positive from the first axis of the plane to the second
+    plane: tuple[int, int] = PLANES[17]
 
     @property
     def linear(self) -> bool:
@@ -128,8 +136,10 @@ class Block(NamedTuple):
     def length(self) -> float:
         """Length of the way along which the feed is meant [mm or deg]."""
         if self.centre is not None:
-            around = dist(self.start[:2], self.centre) * abs(self.sweep)
-            return hypot(around, self.end[2] - self.start[2])
+            first, second = self.plane
+            third = 3 - first - second
+            radius = dist((self.start[first], self.start[second]), self.centre)
+            return hypot(radius * self.sweep, self.end[third] - self.start[third])
         some = slice(3) if self.linear else slice(3, None)
         return dist(self.start[some], self.end[some])
 
@@ -154,7 +164,7 @@ def blocks(text: str, start: Places = ORIGIN) -> tuple[Block, ...]:
     Raises:
         ValueError: the program cannot be used; the message starts with the line number.
     """
-    machine = _Machine(start, start[:2])
+    machine = _Machine(start, start)
     for number, code in _lines(text):
         try:
             if machine.ended_by(number, *_sorted(words_of(code))):
@@ -173,7 +183,7 @@ def notes(text: str) -> list[str]:
             lines.setdefault(SKIPPED, f"line {number}: {NOTED_BLOCK}")
         for letter, value in words:
             if letter == "G" and value in NOTED_G:
-                note = f"line {number}: G{value:g}: {NOTED_G[int(value)]}"
+                note = f"line {number}: G{value:g}: {NOTED_G[value]}"
                 lines.setdefault(f"G{value:g}", note)
         if any(letter == "M" and value in ENDS for letter, value in words):
             break
@@ -216,20 +226,23 @@ def segments(text: str, rapid: float) -> tuple[Segment, ...]:
     Raises:
         ValueError: the program cannot be used, moves another axis, or has no motion in X or Y.
     """
-    moves = []
+    moves, rest = [], 0.0
     for block in blocks(text):
+        rest += block.rest
         planar = block.centre is not None or dist(block.start[:2], block.end[:2]) >= SAME_PLACE
         for axis, a, b in zip(AXES[2:], block.start[2:], block.end[2:], strict=True):
-            if abs(a - b) < SAME_PLACE or (axis == "Z" and (block.feed is None or not planar)):
+            still = abs(a - b) < SAME_PLACE and (axis != "Z" or block.plane == PLANES[17])
+            if still or (axis == "Z" and (block.feed is None or not planar)):
                 continue
             fault = f"axis {axis} moves together with X or Y" if planar else f"axis {axis} moves"
             raise ValueError(f"line {block.line}: {fault}; only motion in X-Y is read")
         feed = rapid if block.feed is None else block.feed
         start, end = (block.start[0], block.start[1]), (block.end[0], block.end[1])
         if block.centre is not None:
-            moves.append(arc(start, block.centre, block.sweep, feed))
+            moves.append(arc(start, block.centre, block.sweep, feed)._replace(rest=rest))
         elif planar:
-            moves.append(line(start, end, feed))
+            moves.append(line(start, end, feed)._replace(rest=rest))
+        rest = 0.0 if planar else rest
     if not moves:
         raise ValueError("has no motion in X or Y")
     return tuple(moves)
@@ -247,7 +260,7 @@ def _sorted(block_words: list[tuple[str, float]]) -> tuple[list[float], list[flo
     }
     for letter, value in block_words:
         if letter in parameters:
-            if ("G", 5.1) in block_words and value != 1.0:
+            if ("G", 5.1) in block_words and letter == "Q" and value != 1.0:
                 raise ValueError(f"G5.1 Q{value:g}: look-ahead is always on here (Q1)")
         elif letter not in IDLE_LETTERS | set(LETTERS):
             raise ValueError(f"{letter}{value:g}: unknown word; available: {', '.join(LETTERS)}")
@@ -259,6 +272,11 @@ def _sorted(block_words: list[tuple[str, float]]) -> tuple[list[float], list[flo
             raise ValueError(f"{letter} is given twice")
         elif letter not in IDLE_LETTERS:
             words[letter] = value
+    if 4.0 in codes["G"]:
+        times = [value for letter, value in block_words if letter in PARAMETERS[4.0]]
+        if len(times) != 1 or not 0.0 <= times[0] <= LARGEST:
+            raise ValueError(f"G4 must have one of P, X, U: a time of 0 to {LARGEST:g} s")
+        words["G4"] = times[0]
     return codes["G"], codes["M"], words
 
 
@@ -267,14 +285,17 @@ class _Machine:
     """Modal state of the machine between blocks."""
 
     place: Places  # as programmed [mm, deg]
-    reached: Places  # X and Y [mm]; differs from ``place`` by the rounding of radii of arcs
+    reached: Places  # differs from ``place`` by the rounding of radii of arcs
     absolute: bool = True
-    centres: bool = False  # G90.1: I and J are positions of a centre
+    centres: bool = False  # G90.1: I, J and K are positions of a centre
     plane: int = 17
     unit: float = 1.0  # [mm]
-    inverse: bool = False  # G93: F is 1 / (time of the block) [1/min]
+    feeds: int = 94  # what F means
     mode: int | None = None  # of motion: G0 to G3
-    feed: float | None = None  # [units of length/min, deg/min; 1/min under G93]
+    feed: float | None = None  # [units of length/min, deg/min; other units under G93 and G95]
+    speed: float = 0.0  # of the spindle: S [rev/min]
+    turning: bool = False  # of the spindle
+    rest: float = 0.0  # before the next motion [s]
     done: list[Block] = field(default_factory=list)
 
     def ended_by(
@@ -285,12 +306,16 @@ class _Machine:
         for code in m_codes:
             if code not in IDLE_M | ENDS:
                 raise ValueError(f"M{code:g}: unknown code")
+            if code in (3, 4, 5):
+                self.turning = code != 5
+        self.speed = words.pop("S", self.speed)
+        self.rest += words.pop("G4", 0.0)
         if "F" in words:
             if words["F"] <= 0:
-                unit = "per minute" if self.inverse else "mm/min"
+                unit = FEEDS[self.feeds]
                 raise ValueError(f"F{words['F']:g}: a feed must be greater than 0 {unit}")
             self.feed = words["F"]
-        if words.keys() & {*AXES, *"IJKR"}:
+        if words.keys() & {*AXES, *"IJKPR"}:
             in_millimetres = {k: self.unit * x if k in LENGTHS else x for k, x in words.items()}
             self._move(number, in_millimetres)
         return any(code in ENDS for code in m_codes)
@@ -309,8 +334,8 @@ class _Machine:
                 self.plane = int(code)
             elif code in UNITS and self.unit != UNITS[int(code)]:
                 self.unit, self.feed = UNITS[int(code)], None  # a feed in the old unit is void
-            elif code in (93, 94) and self.inverse != (code == 93):
-                self.inverse, self.feed = code == 93, None  # so is a feed in the old sense
+            elif code in FEEDS and self.feeds != code:
+                self.feeds, self.feed = int(code), None  # so is a feed in the old sense
             elif code not in IDLE_G and code not in NOTED_G and code not in (0, 1, 2, 3):
                 raise ValueError(f"G{code:g}: unknown code")
 
@@ -323,73 +348,87 @@ class _Machine:
             (0.0 if self.absolute else at) + words[axis] if axis in words else at
             for axis, at in zip(AXES, self.place, strict=True)
         )
-        if self.mode > 0 and self.inverse and "F" not in words:
+        if self.mode > 0 and self.feeds == 93 and "F" not in words:
             raise ValueError(f"G{self.mode} needs an F in the same block under G93")
         if self.mode > 0 and self.feed is None:
             raise ValueError(f"G{self.mode} before any F")
-        if self.mode < 2 or words.keys() <= set("ZF"):
-            if words.keys() & set("IJKR"):
-                raise ValueError(f"I, J, K or R with G{self.mode}; they belong to G2 and G3")
-            if dist(self.reached, end[:2]) >= SAME_PLACE:
-                self._add(number, end, end[:2])
-            elif _apart(self.place[2:], end[2:]):
-                self._add(number, end, self.reached)
+        if self.mode > 0 and self.feeds == 95 and not (self.turning and self.speed > 0.0):
+            raise ValueError(f"G{self.mode} needs S and M3 or M4 before it under G95")
+        if self.mode < 2 or words.keys() <= {AXES[3 - sum(PLANES[self.plane])], "F"}:
+            if words.keys() & set("IJKPR"):
+                raise ValueError(f"I, J, K, P or R with G{self.mode}; they belong to G2 and G3")
+            self._add(number, end)
         else:
             self._turn(number, end, words)
         self.place = end
 
     def _turn(self, number: int, to: Places, words: Words) -> None:
-        """Add an arc to ``to``, with straight motion in Z, A, B, C."""
-        if self.plane != 17:
-            raise ValueError(
-                f"an arc in {PLANES[self.plane]} (G{self.plane}); only arcs in X-Y are read"
-            )
-        if words.get("K"):
-            raise ValueError(f"K{words['K']:g}: arcs are read in X-Y (G17), where K must be 0")
-        start, end, ccw = (self.place[0], self.place[1]), (to[0], to[1]), self.mode == 3
-        if self.centres:
-            words = words | {
-                k: words[k] - at for k, at in zip("IJ", start, strict=True) if k in words
-            }
-        centre = _centre(start, end, words, ccw)
-        if dist(self.reached, centre) < SAME_PLACE:
-            raise ValueError("an arc smaller than the rounding of the one before")
+        """Add an arc in the plane to ``to``, with straight motion in all other axes."""
+        plane = first, second = PLANES[self.plane]
+        offsets, other = ("IJK"[first], "IJK"[second]), "IJK"[3 - first - second]
+        if words.get(other):
+            name = f"{AXES[first]}-{AXES[second]} (G{self.plane})"
+            raise ValueError(f"{other}{words[other]:g}: must be 0 for an arc in {name}")
+        turns = words.get("P", 1.0)
+        if turns not in range(1, MOST_TURNS + 1):
+            raise ValueError(f"P{turns:g}: must be a whole number of turns, 1 to {MOST_TURNS}")
+        start, end, reached = ((at[first], at[second]) for at in (self.place, to, self.reached))
+        if self.centres and "R" not in words:
+            if not words.keys() >= {*offsets}:
+                raise ValueError(f"an arc needs both {' and '.join(offsets)} under G90.1")
+            words = words | {k: words[k] - at for k, at in zip(offsets, start, strict=True)}
+        ccw = self.mode == 3
+        centre = _centre(start, end, words, offsets, ccw)
         sweep = _sweep(start, end, centre, ccw)
-        share = dist(self.reached, centre) / dist(end, centre)
-        x, y = (about + share * (to - about) for about, to in zip(centre, end, strict=True))
-        self._add(number, to, (x, y), centre, sweep)
+        sweep += copysign(2 * pi * (turns - 1), sweep) + _angle(reached, start, centre)
+        if dist(reached, centre) * min(abs(sweep), 1.0) < SAME_PLACE:
+            raise ValueError("an arc smaller than its rounding, or that of the one before")
+        share, places = dist(reached, centre) / dist(end, centre), [*to]
+        for axis, about in zip(plane, centre, strict=True):
+            places[axis] = about + share * (to[axis] - about)
+        self._add(number, tuple(places), centre, sweep, plane)
 
-    def _add(self, number: int, end: Places, reached: Places, *turning: Any) -> None:
-        """Add a motion that ends in X-Y at ``reached``; ``turning``: centre and sweep of an arc."""
-        ends = (*self.reached, *self.place[2:]), (*reached, *end[2:])
-        block = Block(number, *ends, self.feed if self.mode else None, *turning)
-        if block.feed is not None:
-            unit = block.length if self.inverse else self.unit if block.linear else 1.0
-            block = block._replace(feed=block.feed * unit)
+    def _add(self, number: int, to: Places, *turning: Any) -> None:
+        """Add a motion to ``to``; ``turning``: centre, sweep and plane of an arc."""
+        reached = tuple(
+            at if abs(at - x) < SAME_PLACE else x for at, x in zip(self.reached, to, strict=True)
+        )
+        if reached == self.reached and not turning:
+            return
+        feed = self.feed if self.mode else None
+        block = Block(number, self.reached, reached, feed, self.rest, *turning)
+        if feed is not None:
+            unit = block.length if self.feeds == 93 else self.unit if block.linear else 1.0
+            per_minute = self.speed if self.feeds == 95 else 1.0
+            block = block._replace(feed=feed * unit * per_minute)
         self.done.append(block)
-        self.reached = reached
+        self.reached, self.rest = reached, 0.0
 
 
-def _centre(start: Point, end: Point, words: Words, ccw: bool) -> Point:
-    """Return an arc's centre from I and J, or from R (negative: more than half a circle)."""
+def _centre(start: Point, end: Point, words: Words, offsets: tuple[str, str], ccw: bool) -> Point:
+    """Return an arc's centre from ``offsets`` or R (negative: more than half a circle)."""
     x, y = end[0] - start[0], end[1] - start[1]
+    i, j = offsets
     chord = hypot(x, y)
     if "R" in words:
-        if words.keys() & {"I", "J"}:
-            raise ValueError("an arc with R as well as I or J")
+        if words.keys() & {i, j}:
+            raise ValueError(f"an arc with R as well as {i} or {j}")
         if chord < SAME_PLACE:
-            raise ValueError("an arc with R must end at another point; a full circle needs I or J")
+            raise ValueError(
+                f"an arc with R must end at another point; a full circle needs {i} or {j}"
+            )
         radius = abs(words["R"])
         if radius < chord / 2 - ROUNDING - SAME_PLACE:
             raise ValueError(f"R{words['R']:g} is too small for ends {chord:.6g} mm apart")
         height = sqrt(max(radius**2 - chord**2 / 4, 0.0))
         left = height if ccw == (words["R"] > 0) else -height
         return start[0] + x / 2 - left * y / chord, start[1] + y / 2 + left * x / chord
-    centre = start[0] + words.get("I", 0.0), start[1] + words.get("J", 0.0)
+    centre = start[0] + words.get(i, 0.0), start[1] + words.get(j, 0.0)
     first, last = dist(start, centre), dist(end, centre)
     if min(first, last) < SAME_PLACE:
-        raise ValueError("an arc needs a centre: I, J or R other than 0")
-    if abs(first - last) > ROUNDING + SAME_PLACE:
+        raise ValueError(f"an arc needs a centre: {i}, {j} or R other than 0")
+    rounding = min(max(ROUNDING, ROUNDED_SHARE * first), MOST_ROUNDING)
+    if abs(first - last) > rounding + SAME_PLACE:
         raise ValueError(
             f"the arc's radii differ: {first:.6g} mm at its start, {last:.6g} mm at its end"
         )
@@ -397,9 +436,11 @@ def _centre(start: Point, end: Point, words: Words, ccw: bool) -> Point:
 
 
 def _sweep(start: Point, end: Point, centre: Point, ccw: bool) -> float:
-    """Return the angle [rad] of an arc, ccw > 0; a full turn if start and end are the same."""
-    if dist(start, end) < SAME_PLACE:
-        return 2 * pi if ccw else -2 * pi
-    turn = atan2(end[1] - centre[1], end[0] - centre[0])
-    turn -= atan2(start[1] - centre[1], start[0] - centre[0])
-    return turn % (2 * pi) if ccw else -(-turn % (2 * pi))
+    """Return the angle [rad] of an arc, ccw > 0; a full turn if it ends in the same direction."""
+    turn = 0.0 if dist(start, end) < SAME_PLACE else _angle(start, end, centre)
+    return turn % (2 * pi) or 2 * pi if ccw else -(-turn % (2 * pi) or 2 * pi)
+
+
+def _angle(start: Point, end: Point, centre: Point) -> float:
+    ends, begins = (atan2(at[1] - centre[1], at[0] - centre[0]) for at in (end, start))
+    return remainder(ends - begins, 2 * pi)

@@ -23,6 +23,7 @@ class Segment(NamedTuple):
     length: float  # [mm]
     curvature: float  # [1/mm], positive to the left, 0 for a line
     feed: float  # [mm/min]
+    rest: float = 0.0  # time at its start [s]
 
 
 def line(start: Point, end: Point, feed: float) -> Segment:
@@ -64,17 +65,18 @@ class Path(NamedTuple):
     length: Floats  # (segments,) [mm]
     curvature: Floats  # (segments,) [1/mm]
     feed: Floats  # (segments,) [mm/min]
+    rest: Floats  # (segments,) time at the start of each [s]
     knots: Floats  # (segments + 1,) length of the path up to each segment and at its end [mm]
 
     @classmethod
     def of(cls, segments: Iterable[Segment]) -> "Path":
         """Return the path of at least one segment; each starts where the one before ends."""
         columns = zip(*segments, strict=True)
-        start, tangent, length, curvature, feed = (
+        start, tangent, length, curvature, feed, rest = (
             np.array(column, dtype=np.float64).T for column in columns
         )
         knots = np.concatenate([[0.0], np.cumsum(length)])
-        return cls(start, tangent, length, curvature, feed, knots)
+        return cls(start, tangent, length, curvature, feed, rest, knots)
 
     def at(self, distance: Floats) -> Places:
         """Return the places at ``distance`` (points,) [mm], limited to the length of the path."""
@@ -119,7 +121,7 @@ def turned(vector: Floats, angle: Floats) -> Floats:
 
 
 class Motion(NamedTuple):
-    """Motion with trapezoidal velocity: three phases per segment (up, even, down), then rest."""
+    """Motion with trapezoidal velocity: in each segment rest, up, even, down; at the end rest."""
 
     start: Floats  # (phases,) when each begins [s]
     distance: Floats  # (phases,) way along the path at its start [mm]
@@ -150,9 +152,9 @@ class Motion(NamedTuple):
 def motion(path: Path, acceleration: float | None) -> Motion:
     """Return the fastest motion along ``path`` from rest to rest.
 
-    The motion stops where the direction jumps. Elsewhere it passes from segment to segment at the
-    lower of both feeds, or slower where that leaves too little way to brake. Only the acceleration
-    along the path is limited; the centripetal acceleration of an arc is not.
+    The motion stops at a rest, and where the direction jumps. Elsewhere it passes from segment to
+    segment at the lower of both feeds, or slower where that leaves too little way to brake. Only
+    the acceleration along the path is limited; the centripetal acceleration of an arc is not.
 
     Args:
         path: the segments and their feeds.
@@ -165,13 +167,14 @@ def motion(path: Path, acceleration: float | None) -> Motion:
         rate = 0.0
     else:
         rate = acceleration
-        passing = np.where(path.corners(), 0.0, np.minimum(feed[:-1], feed[1:]))
+        stops = path.corners() | (path.rest[1:] > 0.0)
+        passing = np.where(stops, 0.0, np.minimum(feed[:-1], feed[1:]))
         speed = reachable(np.concatenate([[0.0], passing, [0.0]]), 2.0 * rate * path.length)
         entry, leave = speed[:-1], speed[1:]
         peak = np.minimum(feed, np.sqrt(rate * path.length + 0.5 * (entry**2 + leave**2)))
         up, down = (peak - entry) / rate, (peak - leave) / rate
     rates = np.full_like(feed, rate)
-    return phased(path.knots, path.length, Speeds(entry, leave, peak, up, down), rates)
+    return phased(path.knots, path.length, Speeds(entry, leave, peak, up, down), rates, path.rest)
 
 
 class Speeds(NamedTuple):
@@ -184,8 +187,8 @@ class Speeds(NamedTuple):
     down: Floats  # time of braking
 
 
-def phased(knots: Floats, length: Floats, speeds: Speeds, rate: Floats) -> Motion:
-    """Return the motion through segments with ``length`` (segments,) and ``knots`` as in ``Path``.
+def phased(knots: Floats, length: Floats, speeds: Speeds, rate: Floats, rest: Floats) -> Motion:
+    """Return the motion through segments; ``length``, ``knots`` and ``rest`` as in ``Path``.
 
     ``rate`` (segments,) is the acceleration and the deceleration in each segment [mm/s2].
     """
@@ -193,14 +196,14 @@ def phased(knots: Floats, length: Floats, speeds: Speeds, rate: Floats) -> Motio
     rise = 0.5 * (entry + peak) * up
     fall = 0.5 * (leave + peak) * down
     even = np.maximum(length - rise - fall, 0.0) / peak
-    end = np.cumsum(np.stack([up, even, down], axis=1))
-    before = knots[:-1]
-    ways = np.stack([before, before + rise, knots[1:] - fall], axis=1)
+    end = np.cumsum(np.stack([rest, up, even, down], axis=1))
+    before, none = knots[:-1], np.zeros_like(length)
+    ways = np.stack([before, before, before + rise, knots[1:] - fall], axis=1)
     return Motion(
         np.concatenate([[0.0], end]),
         np.append(ways, knots[-1]),
-        np.append(np.stack([entry, peak, peak], axis=1), 0.0),
-        np.append(np.stack([rate, np.zeros_like(rate), -rate], axis=1), 0.0),
+        np.append(np.stack([none, entry, peak, peak], axis=1), 0.0),
+        np.append(np.stack([none, rate, none, -rate], axis=1), 0.0),
         peak,
     )
 

@@ -38,7 +38,7 @@ class PathFrame(NamedTuple):
     #: Derivative (steps,) of each axis by the way; a unit vector in the axes that the way is in.
     #: While only rotary axes move, linear axes keep the derivative of their last motion.
     tangent: tuple[Series, ...]
-    curvature: Series  # (steps,) of a path in X-Y, positive to the left [1/unit]; of another 0
+    curvature: Series  # (steps,) of arcs in the first two axes, left positive [1/unit]; else 0
     speed: Series  # (steps,) commanded along the path [unit/s]
     feed: Series  # (steps,) programmed there [unit/s]
     #: Derivative (steps,) of the tangent by the way [1/unit], None for a rotary axis; () if there
@@ -55,7 +55,7 @@ class PathSamples(NamedTuple):
     position: Floats  # (axes, steps)
     velocity: Floats  # (axes, steps) [1/s]
     tangent: Floats  # (axes, steps) derivative by the way
-    curvature: Floats  # (steps,) of a path in X-Y [1/mm], positive to the left; of another 0
+    curvature: Floats  # (steps,) of arcs in the first two axes [1/mm], left positive; else 0
     distance: Floats  # (steps,) way so far [mm; deg where only rotary axes move]
     acceleration: Floats  # (axes, steps) [1/s2]; without impulses at jumps of the velocity
 

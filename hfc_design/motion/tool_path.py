@@ -114,7 +114,7 @@ def _nearest_on(
     s = (squares * rate * (actual - path.start[:, k])).sum(axis=0) / whole
     bent = path.turning[k] != 0.0
     if bent.any():
-        s[bent] = _around(path, k[bent], actual[:, bent], lowest[bent], highest[bent])
+        s[bent] = _around(path, k[bent], actual[:, bent], s[bent], lowest[bent], highest[bent])
     s = np.clip(s, lowest, highest)
     for _ in range(NEWTON * bool(bent.any())):
         at, along, bend = path.on(k, s)
@@ -125,10 +125,15 @@ def _nearest_on(
     return s
 
 
-def _around(path: AxisPath, k: Indices, actual: Floats, lowest: Floats, highest: Floats) -> Floats:
-    """Return the way on an arc nearest to ``actual`` in angle alone; it may exceed ``highest``."""
-    plane, turning, tangent = list(path.plane), path.turning[k], path.tangent[:, k]
-    off = actual[plane] - path.start[plane][:, k]
+def _around(
+    path: AxisPath, k: Indices, actual: Floats, along: Floats, lowest: Floats, highest: Floats
+) -> Floats:
+    """Return the way on an arc nearest to ``actual`` in angle; it may exceed ``highest``.
+
+    Of several turns that of the way ``along`` is taken, the nearest in the axes that do not turn.
+    """
+    plane, turning, tangent = path.plane[:, k], path.turning[k], path.tangent[:, k]
+    off = actual[plane, np.arange(len(k))] - path.start[plane, k]
     ahead = (tangent * off).sum(axis=0)
     left = tangent[0] * off[1] - tangent[1] * off[0]
     square = (tangent**2).sum(axis=0)
@@ -136,7 +141,9 @@ def _around(path: AxisPath, k: Indices, actual: Floats, lowest: Floats, highest:
     around = 2.0 * np.pi / np.abs(turning)
     turned = np.mod(turned - lowest, around)
     beyond = turned - (highest - lowest)
-    return lowest + np.where(around - turned < beyond, 0.0, turned)
+    turns = np.minimum(np.round((along - lowest - turned) / around), np.floor(-beyond / around))
+    turned = np.where(around - turned < beyond, 0.0, turned)
+    return lowest + turned + around * np.maximum(turns, 0.0)
 
 
 def program_errors(program: Program, time: Floats, positions: Floats, unit: str) -> Contour:

@@ -152,7 +152,8 @@ to_s = 2.0
 """)
 GCODE = [(SCENARIOS / "feed-drive-contour.ngc").read_bytes()]
 GCODE.append(
-    b"%\nN1 G21 G90 (start) F300\nG0 X1 Y2 ; rapid\nG2 X3 Y2 I1 J0\nG91 G3 X1 Y1 R2.5\nM2\n"
+    b"%\nN1 G21 G90 (start) F300\nG0 X1 Y2 ; rapid\nG2 X3 Y2 I1 J0 P2\n"
+    b"G4 P.5\nG91 G3 X1 Y1 R2.5\nM2\n"
 )
 JSON = [path.read_bytes() for path in sorted(DESIGNS.glob("*.json"))]
 FLL = [PYFUZZYLITE.read_bytes(), GAUSSIAN.read_bytes(), TEXTS["fll"].encode()]

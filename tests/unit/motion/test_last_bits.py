@@ -105,7 +105,7 @@ def test_a_drive_that_is_just_fast_enough_follows():
 
 
 def test_a_radius_that_is_off_by_just_what_is_allowed_is():
-    for start, end in shaken(10.0, 10.01):
+    for start, end in (*shaken(10.0, 10.01), *shaken(100.0, 100.1)):
         (block,) = gcode.blocks(f"G3 X{end - start!r} Y0 I{start!r} F100")
         assert block.centre == pytest.approx((start, 0.0))
 

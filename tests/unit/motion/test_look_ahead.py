@@ -39,9 +39,12 @@ def random_program(rng):
         direction = direction + rng.normal(size=5) * 10 ** rng.uniform(-3, 0)
         steps = direction * scale * 10 ** rng.uniform(-1, 0.3)
         if rng.random() < 0.1:
-            turn = f"G3 X{2 * scale:.4f} Y0 I{scale:.4f} J0"
-            lines.append(f"{turn} Z{steps[2]:.4f} A{steps[3]:.4f}")
+            code, x, z, i = (("G17", *"XZI"), ("G18", *"ZYK"), ("G19", *"YXJ"))[rng.integers(3)]
+            turn = f"{code} G3 {x}{2 * scale:.4f} {i}{scale:.4f} P{rng.integers(1, 4)}"
+            lines.append(f"{turn} {z}{steps[2]:.4f} A{steps[3]:.4f}")
             continue
+        if rng.random() < 0.1:
+            lines.append(f"G4 P{rng.random():.3f}")
         words = [f"{x}{step:.4f}" for x, step in zip("XYZAC", steps, strict=True)]
         lines.append(("G0 " if rng.random() < 0.1 else "G1 ") + " ".join(words))
     return "\n".join(lines)
@@ -67,6 +70,16 @@ def test_a_straight_line_is_a_trapezoid():
     _, motion = planned("G1 X100 F6000")
     assert motion.duration == pytest.approx(1.0 + 100.0 / ACCELERATION[0])
     assert motion.at(np.array([0.06]))[1] == pytest.approx(50.0)
+
+
+def test_axes_rest_where_a_program_dwells():
+    """10 mm at 100 mm/s2 and 10 mm/s take 1.1 s, and 1 s in the middle of 20 mm at once."""
+    bounds = BOUNDS._replace(acceleration=np.full(5, 100.0))
+    _, motion = planned("G4 P2\nG1 X10 F600\nG4 P.5\nG4 X1\nX20\nG4 P0\nX30", bounds)
+    assert motion.duration == pytest.approx(2.0 + 1.1 + 1.5 + 2.1)
+    way, speed, _ = motion.at(np.array([1.99, 2.05, 3.1, 4.59, 4.65]))
+    assert way == pytest.approx([0.0, 0.125, 10.0, 10.0, 10.125])
+    assert speed == pytest.approx([0.0, 5.0, 0.0, 0.0, 5.0], abs=1e-9)
 
 
 def test_a_square_corner_is_a_stop_and_a_gentle_one_is_not():

@@ -92,6 +92,18 @@ def test_errors_are_those_of_a_fine_comb(part, moved):
         assert found.turned[k] == pytest.approx(turned, rel=1e-3, abs=1e-3)
 
 
+def test_on_the_turns_of_a_thread_the_nearest_turn_counts():
+    """Of radius 1 mm and pitch 0.5 mm, with a lag that reaches over several turns."""
+    thread = program(gcode.blocks("G1 F3000 X9\nG18 G2 K1 Y-3 P6 A60 F2000"), AXES, LIMITS, 0.002)
+    samples = thread.samples(np.arange(0.0, thread.duration_s, 0.03))
+    late = thread.samples(np.arange(0.0, thread.duration_s, 0.03) - 0.1).position
+    actual = late + np.array([[0.1], [0.02], [-0.1], [0.3], [0.0]])
+    found = nearest(thread, samples, actual)
+    for k, contour_error, turned in of_chords(thread, samples, actual):
+        assert found.contour_error[k] == pytest.approx(contour_error, rel=1e-2, abs=1e-3)
+        assert found.turned[k] == pytest.approx(turned, rel=1e-2, abs=1e-2)
+
+
 @pytest.mark.parametrize("name", [f"five-axis-{x}" for x in ("program", "robust")])
 def test_errors_in_the_built_in_programs_are_those_of_a_fine_comb(name):
     """At every sample."""
