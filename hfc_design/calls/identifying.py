@@ -1,4 +1,4 @@
-"""Identification of a machine's parameters from its log, from a script."""
+"""Identification of a machine from its log, and the experiment for it, from a script."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -6,12 +6,21 @@ from pathlib import Path
 from hfc_design.core.arguments import check_positive, check_whole, path_of
 from hfc_design.core.overrides import Changes
 from hfc_design.files.design import AnyDesign
-from hfc_design.files.named_scenario import AnyScenario
-from hfc_design.identify import identified
+from hfc_design.files.named_scenario import AnyScenario, load_scenario
+from hfc_design.identify import experiment_files, identified
+from hfc_design.identify.experiment import (
+    CHECKED,
+    Experiment,
+    Limits,
+    choose,
+    default_limits,
+    follower,
+)
 from hfc_design.identify.page import write
 from hfc_design.identify.recording import recordings, sources
 from hfc_design.identify.request import task_of
 from hfc_design.identify.result import Identified
+from hfc_design.simulation.frequency import Setup
 
 
 def identify(
@@ -79,3 +88,61 @@ def identify(
     if place is not None:
         write(result, place, "hfc_design.api.identify")
     return result
+
+
+def experiment(
+    scenario: AnyScenario,
+    *,
+    axis: str | None = None,
+    parameters: Sequence[str] | None = None,
+    duration: float = 20.0,
+    travel: float | None = None,
+    speed: float | None = None,
+    acceleration: float | None = None,
+    command: float | None = None,
+    add: bool = False,
+    controller: AnyDesign | None = None,
+    changes: Changes = (),
+    folder: str | Path | None = None,
+    how: str = "hfc_design.api.experiment",
+) -> Experiment:
+    """Make the experiment that tells most of a machine's parameters, inside its limits.
+
+    The counterpart of ``hfc experiment``. The experiment is chosen by its Fisher information on
+    some machines within the tolerances of the scenario, and made smaller until it keeps all limits
+    on a thousand of them.
+
+    Args:
+        scenario: machine, sensors and tolerances.
+        axis: name of the axis; default: the first.
+        parameters: that the experiment is to show; default: all that are not exact or 0.
+        duration: of the experiment [s].
+        travel: from end to end; the default of each limit is the largest of the scenario's motions.
+        speed: largest speed [unit of the position per s].
+        acceleration: largest acceleration of the reference [per s2].
+        command: largest command [its unit]; default: the limit of the scenario.
+        add: whether a signal may be added to the command, which shows modes better.
+        controller: design that follows the reference; default: a calm PID with feed-forward.
+        changes: changes to the scenario, by dotted keys.
+        folder: folder to which page and files are written; default: nothing is written.
+        how: what made the experiment, for the page.
+
+    Raises:
+        UserError: axis or parameter do not exist, a number is out of range, or the travel is too
+            short for any experiment.
+        RunError: the folder cannot be written.
+    """
+    check_positive("duration", duration)
+    loaded = load_scenario(scenario, changes)
+    design = follower(loaded) if controller is None else controller
+    setup = Setup.of(design, loaded, axis, 0.0, CHECKED - 1)
+    given = Limits(travel, speed, acceleration, command)._asdict()
+    known = {name: value for name, value in given.items() if value is not None}
+    for name, value in known.items():
+        check_positive(name, value)
+    limits = default_limits(loaded, setup.axis)._replace(**known)
+    made = choose(loaded, setup, duration, limits, parameters, add)
+    if folder is not None:
+        one = loaded.plant.each()[setup.axis]
+        experiment_files.write(made, one, loaded.plant.name, path_of(folder), how)
+    return made

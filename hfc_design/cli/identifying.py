@@ -142,3 +142,49 @@ def frequency(
 
         save(result.figure(), plot)
     return Answer(result.numbers(), result.tables, [plot] if plot else [])
+
+
+@command("Make an experiment that tells most of a machine's parameters.", last=common.plugins({}))
+def experiment(
+    scenario: str = argument(SCENARIO),
+    changes: Texts = common.SETTING,
+    axis: str | None = option("Axis, of a machine with several [default: the first]."),
+    parameters: str | None = option("Parameters to show, as a,b [default: all]."),
+    duration: float = option("Duration [s] [default: 20].", default=20.0),
+    travel: float | None = option("Travel from end to end [default: of the scenario's motions]."),
+    speed: float | None = option("Largest speed [default: of the scenario's motions]."),
+    acceleration: float | None = option("Largest acceleration [default: of these motions]."),
+    limit: float | None = option("Largest command [default: the limit of SCENARIO].", "--command"),
+    add: bool = option("Add signals to the command too, which shows modes better."),
+    controller: str | None = option("Design that follows the reference.", kind=DESIGN),
+    out: Path | None = option("Folder [default: SCENARIO-experiment]."),
+    _force: bool = common.FORCE,
+    _as_json: bool = common.AS_JSON,
+) -> Answer:
+    """Make the experiment that tells most of a machine's parameters, inside its limits.
+
+    Moves to and fro at several speeds, sines and, with --add, signals on the command are simulated
+    on machines within the tolerances of SCENARIO. Those that add most Fisher information are taken,
+    and made smaller until no machine of a thousand exceeds a limit. The folder gets a page that
+    says what to connect and to record, and the experiment as CSV, G-code, C array and for HAL.
+    """
+    from hfc_design.calls import identifying as calls
+    from hfc_design.identify.experiment_files import tables
+
+    path = common.free(out or Path(f"{Path(scenario).stem}-experiment"), folder=True)
+    made = calls.experiment(
+        scenario,
+        axis=axis,
+        parameters=[name.strip() for name in parameters.split(",")] if parameters else None,
+        duration=duration,
+        travel=travel,
+        speed=speed,
+        acceleration=acceleration,
+        command=limit,
+        add=add,
+        controller=controller,
+        changes=changes,
+        folder=path,
+        how=shlex.join(["hfc", *sys.argv[1:]]),
+    )
+    return Answer(made.numbers(), lambda: tables(made), [path], indent=1)

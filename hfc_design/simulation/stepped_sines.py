@@ -203,7 +203,7 @@ def _sums(code: Code, axis: int, shared: _Shared, cases: Any) -> Any:
         def sample(carry: Any, given: Any) -> Any:
             before, (cos, sin), sums = carry
             *moving, weight = given
-            row, every = _row(shared.row, *moving), shared.row.sample_time
+            row, every = row_at(shared.row, *moving), shared.row.sample_time
             after, signals = move(before, (cos, sin), lanes, row, every)
             sums = sums + _added(signals, cos, sin, weight)
             c, s = jnp.cos(lanes.angle), jnp.sin(lanes.angle)
@@ -256,7 +256,7 @@ def _added(signals: tuple[Any, ...], cos: Any, sin: Any, weight: Any) -> Any:
     return weight * jnp.stack([*phasors, off[0] ** 2, off[1] ** 2, off[2]], axis=-1)
 
 
-def _row(row: Samples, travel: Any, rate: Any, acceleration: Any) -> Samples:
+def row_at(row: Samples, travel: Any, rate: Any, acceleration: Any) -> Samples:
     """Return the row of a motion that has come so far, in scalars."""
     axes = []
     for k, one in enumerate(row.axes):

@@ -1,0 +1,327 @@
+"""An experiment that tells most of a machine's parameters, inside the limits of every machine.
+
+The experiment is a row of segments, each from rest to rest in the middle of the travel: moves to
+and fro at several speeds, sines and sweeps of the reference, and, if a signal may be added to the
+command, binary noise, sweeps and stepped sines there. All candidates are simulated on some machines
+within the tolerances. The one that adds most Fisher information on the wanted parameters is taken
+next (Ljung, System Identification, 1999, sec. 13.3), until the time is used up.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+
+from hfc_design.controllers.gains.genome import GainVectors
+from hfc_design.core.numbers import Floats, Json
+from hfc_design.core.records import UserError, option
+from hfc_design.files.design import Design
+from hfc_design.files.named_scenario import load_scenario
+from hfc_design.files.scenario import Scenario
+from hfc_design.identify.fit import VAGUE, Problem, slopes
+from hfc_design.identify.identifiability import NEARLY, TOGETHER
+from hfc_design.identify.parameters import free_parameters
+from hfc_design.identify.recording import Recording
+from hfc_design.identify.replay import replay
+from hfc_design.identify.segments import Limits, Segment, segments
+from hfc_design.motion.samples import Samples
+from hfc_design.runs.individuals import design_of, genome_of
+from hfc_design.simulation.closed_loop import Loop, next_state, start
+from hfc_design.simulation.flattening import Code, joined
+from hfc_design.simulation.frequency import Setup
+from hfc_design.simulation.sensors import largest_command
+from hfc_design.simulation.stepped_sines import Excited, row_at
+from hfc_design.simulation.stepping import nested
+from plants.around import plain
+
+#: Number of segments, of machines on which they are compared, and on which limits are checked.
+SEGMENTS, COMPARED, CHECKED = 8, 4, 1000
+#: Machines that are simulated at once.
+AT_ONCE = 125
+#: Share of each limit that candidates use by design; factor by which a segment is made smaller
+#: until no machine exceeds a limit, and how often.
+USED, SMALLER, TRIES = 0.85, 0.9, 20
+#: Bandwidth of the observer in the replay of a log [Hz], at most this share of the sampling rate.
+OBSERVER, SHARE = 20.0, 0.1
+#: Time in which a speed without an acceleration is reached [s].
+SOON = 0.1
+#: Number of times that a candidate may be taken.
+REPEATED = 2
+#: Noise of a machine without noise or encoder steps, as a share of the travel.
+NOTHING = 1e-7
+#: Bandwidth of the loop that follows the reference, as a share of the largest stable one.
+CALM = 0.2
+#: Least travel in steps of the encoder.
+LEAST = 100.0
+
+
+class Experiment(NamedTuple):
+    """A whole experiment, and what it is expected to show."""
+
+    segments: tuple[Segment, ...]
+    sample_time: float  # [s]
+    limits: Limits
+    reached: dict[str, float]  # largest share of each limit on any machine
+    machines: int  # on which the limits were checked
+    errors: dict[str, tuple[float, float]]  # relative standard error: scenario's motion, experiment
+    held: tuple[str, ...]  # parameters that no experiment can tell from others; they must be known
+    units: Mapping[str, str]
+
+    def numbers(self) -> Json:
+        """Return the output of ``hfc experiment --json``, without the samples."""
+        return {
+            "duration": self.duration,
+            "sample_time": self.sample_time,
+            "segments": [one.words for one in self.segments],
+            "limits": self.limits._asdict(),
+            "used": self.reached,
+            "machines": self.machines,
+            "errors": {x: {"motion": a, "experiment": b} for x, (a, b) in self.errors.items()},
+            "held": [*self.held],
+        }
+
+    @property
+    def time(self) -> Floats:
+        """Time (steps,) of each sample [s]."""
+        return self.sample_time * np.arange(len(self.reference))
+
+    @property
+    def duration(self) -> float:
+        """Duration [s]."""
+        return self.sample_time * len(self.reference)
+
+    @property
+    def reference(self) -> Floats:
+        """Reference (steps,) from the middle of the travel."""
+        return np.concatenate([one.reference for one in self.segments])
+
+    @property
+    def added(self) -> Floats:
+        """Signal (steps,) that is added to the command."""
+        return np.concatenate([one.added for one in self.segments])
+
+
+def choose(
+    scenario: Scenario,
+    setup: Setup,
+    duration: float,
+    limits: Limits,
+    names: Sequence[str] | None,
+    add: bool,
+) -> Experiment:
+    """Return the experiment for an axis.
+
+    Args:
+        scenario: machine, sensors and tolerances.
+        setup: the loop that follows the reference, at rest, with at least ``CHECKED`` machines.
+        duration: of the experiment [s].
+        limits: that no machine may exceed.
+        names: parameters that it is to show; None: all that are not exact or 0.
+        add: whether a signal may be added to the command.
+
+    Raises:
+        UserError: a parameter is unknown, or the travel is too short for any experiment.
+    """
+    every, drive = setup.every, scenario.machine.drives[setup.axis]
+    step = scenario.plant.each()[setup.axis].resolution or 0.0
+    noise = np.hypot(
+        step / np.sqrt(12.0), scenario.sensors.of(scenario.machine.axes[setup.axis]).noise
+    )
+    if limits.travel < LEAST * step:
+        least = f"must be at least {LEAST * step:.3g} {drive.units['error']}, {LEAST:g} steps"
+        raise UserError(f"{option('travel', limits.travel)}: {least} of the encoder")
+    steps = int(duration / every / SEGMENTS)
+    inner = Limits(*(USED * x for x in limits))
+    candidates = [*segments(inner, every, steps, add)]
+    some = np.arange(COMPARED)
+    runs = [_simulated(setup, one, some) for one in candidates]
+    inside = [run for run in runs if _reached(run, limits, every).max() <= 1.0]
+    if not inside:
+        raise UserError(f"{option('travel', limits.travel)}: is too short for any experiment")
+    own = _simulated(setup, _own_motion(scenario, setup, SEGMENTS * steps), some)
+    noise = noise or NOTHING * limits.travel
+    wanted, before = _information(scenario, setup, own, noise, names)
+    tables = np.array([_information(scenario, setup, run, noise, names)[1] for run in inside])
+    kept = _determined(tables.sum(axis=(0, 1)), len(wanted))
+    before, tables = (x[..., kept, :][..., kept] for x in (before, tables))
+    free = [wanted[k] for k in kept if k < len(wanted)]
+    chosen, total = list[int](), np.zeros_like(before)
+    for k in range(SEGMENTS):
+        most = max(REPEATED, k // len(tables) + 1)  # for variety: the model may be wrong
+        left = [n for n in range(len(tables)) if chosen.count(n) < most]
+        errors = [np.log(_errors(total + tables[n])[:, : len(free)]).mean() for n in left]
+        chosen.append(left[int(np.argmin(errors))])
+        total = total + tables[chosen[-1]]
+    picked = [inside[k].segment for k in sorted(chosen)]
+    pairs = zip(free, _errors(before).mean(axis=0), _errors(total).mean(axis=0), strict=False)
+    told = {name: (float(one), float(two)) for name, one, two in pairs}
+    picked, reached = _within(setup, picked, limits, every)
+    held = tuple(name for name in wanted if name not in told)
+    count = setup.machines.size
+    return Experiment(tuple(picked), every, limits, reached, count, told, held, drive.units)
+
+
+def _own_motion(scenario: Scenario, setup: Setup, steps: int) -> Segment:
+    """Return the scenario's first motion, to and fro for so many steps."""
+    reference = np.asarray(scenario.each_motion()[0].samples().axes[setup.axis].reference)
+    both = np.append(reference, reference[::-1]) - reference[0]
+    return Segment("the scenario's motion", np.resize(both, steps), np.zeros(steps))
+
+
+class _Run(NamedTuple):
+    """A simulated segment, arrays (steps, machines)."""
+
+    segment: Segment
+    command: Floats
+    place: Floats  # that is fed back
+
+
+def _simulated(setup: Setup, one: Segment, chosen: Floats) -> _Run:
+    """Return a segment on the chosen machines."""
+    rate = np.gradient(one.reference, setup.every)
+    moving = np.stack([one.reference, rate, np.gradient(rate, setup.every), one.added])
+    code, numbers = setup.loop._replace(controller=Excited(setup.loop.controller, False)).apart
+    some, row = setup.machines.take(np.asarray(chosen, int)), setup.point.row
+    given = (numbers, some.nominal, setup.gains, row, moving.T, some.actual)
+    command, place = map(np.asarray, _motion(code, setup.axis, *given))
+    return _Run(one, command, place)
+
+
+@partial(jax.jit, static_argnums=(0, 1))
+def _motion(
+    code: Code,
+    axis: int,
+    numbers: Any,
+    nominal: Any,
+    gains: Any,
+    row: Samples,
+    moving: Any,
+    true: Any,
+) -> Any:
+    """Return commands and measured positions (steps, machines) of the axis."""
+    loop: Loop = joined(code, numbers)
+    law = jax.tree.map(lambda one: one[0], jax.tree.map(nested, gains))
+    drive, only = loop.machine.drives[axis], np.eye(len(loop.limits))[axis]
+
+    def one(parameters: Any) -> Any:
+        fixed = loop.coefficients(parameters)
+        quiet = law, (0.0,) * len(only)
+
+        def sample(before: Any, now: Any) -> Any:
+            reference, rate, faster, added = now
+            there = row_at(row, *(only * x for x in (reference, rate, faster)))
+            excited = law, tuple(added * x for x in only)
+            after = next_state(loop, nominal, fixed, row.sample_time, excited, before, there)
+            state = before.states[axis]
+            seen = drive.measured(fixed[axis], state)
+            return after, (after.commands[axis], getattr(seen, drive.seen[0]))
+
+        return lax.scan(sample, start(loop, fixed, jnp.zeros(()), row.start, quiet), moving)[1]
+
+    return jax.tree.map(lambda leaf: leaf.T, jax.vmap(one)(true))
+
+
+def _reached(run: _Run, limits: Limits, every: float) -> Floats:
+    """Return the largest share of each limit on each machine, (4, machines)."""
+    place = run.place - run.place[0]
+    with np.errstate(all="ignore"):
+        speed = np.abs(np.diff(place, axis=0)).max(axis=0) / every
+        faster = np.abs(np.diff(run.segment.reference, 2)).max() / every**2 + 0.0 * speed
+        ends = 2.0 * np.abs(place).max(axis=0), speed, faster, np.abs(run.command).max(axis=0)
+    shares = np.array([x / most for x, most in zip(ends, limits, strict=True)])
+    return np.where(np.isfinite(shares), shares, np.inf)
+
+
+def _within(
+    setup: Setup, picked: list[Segment], limits: Limits, every: float
+) -> tuple[list[Segment], dict[str, float]]:
+    """Return the segments, reduced until no machine exceeds a limit, and the shares reached."""
+    chunks = np.array_split(np.arange(setup.machines.size), -(-setup.machines.size // AT_ONCE))
+    inside, shares = list[Segment](), np.zeros(len(limits))
+    for one in picked:
+        for size in SMALLER ** np.arange(TRIES):
+            moves = tuple((size * place, size * speed) for place, speed in one.moves)
+            less = Segment(one.words, size * one.reference, size * one.added, moves)
+            each = [_reached(_simulated(setup, less, x), limits, every) for x in chunks]
+            worst = np.concatenate(each, axis=1).max(axis=1)
+            if (worst <= 1.0).all():
+                break
+        inside.append(less)
+        shares = np.maximum(shares, worst)
+    return inside, dict(zip(Limits._fields, shares.tolist(), strict=True))
+
+
+def _information(
+    scenario: Scenario, setup: Setup, run: _Run, noise: float, names: Sequence[str] | None
+) -> tuple[tuple[str, ...], Floats]:
+    """Return the wanted names, and (machines, numbers, numbers) information on them and LATE."""
+    drive, every = scenario.machine.drives[setup.axis], setup.every
+    tables = []
+    for k in range(run.command.shape[1]):
+        values = jax.tree.map(lambda leaf, k=k: float(leaf[k]), setup.machines.actual[setup.axis])
+        free = free_parameters(drive, plain(values)._asdict(), names)
+        still = np.zeros(len(run.command))
+        seen, counts = {drive.seen[0]: run.place[:, k]}, still + 1.0
+        log = Recording(seen, run.command[:, k], None, still, still, counts, every, 0.0)
+        observer = min(OBSERVER, SHARE / every)
+        residual = replay(free, log, observer, scenario.simulation.substeps)
+        problem = Problem(free, residual, np.ones(1), np.ones(len(free.begun)), observer)
+        rows = slopes(problem, free.begun)[1][:, 0] / noise
+        rows = np.nan_to_num(rows)
+        tables.append(rows.T @ rows)
+    return free.names, np.array(tables)
+
+
+def _determined(information: Floats, count: int) -> list[int]:
+    """Return the numbers that some experiment determines, if the others are known.
+
+    Of the first ``count`` numbers that only change together, the last one is held, as in
+    ``identifiability``.
+    """
+    kept = [*range(len(information))]
+    while len(kept) > 1:
+        some = information[np.ix_(kept, kept)] + VAGUE**-2 * np.eye(len(kept))
+        sizes, ways = np.linalg.eigh(some)
+        if sizes[0] ** -0.5 * np.abs(ways[:, 0]).max() < TOGETHER:
+            break
+        part = np.abs(ways[:, 0])
+        near = [k for k, x in zip(kept, part, strict=True) if x >= NEARLY * part.max()]
+        kept.remove(max([k for k in near if k < count], default=near[-1]))
+    return kept
+
+
+def _errors(information: Floats) -> Floats:
+    """Return the standard error of each number, (machines, numbers)."""
+    prior = VAGUE**-2 * np.eye(information.shape[-1])
+    return np.sqrt(np.diagonal(np.linalg.inv(information + prior), axis1=-2, axis2=-1))
+
+
+def default_limits(scenario: Scenario, axis: int) -> Limits:
+    """Return the travel, speed and acceleration of the scenario's motions, and its command limit.
+
+    Where no motion has an acceleration, it is that for the speed in ``SOON``.
+    """
+    axes = [motion.samples().axes[axis] for motion in scenario.each_motion()]
+    travel = max(float(np.ptp(one.reference)) for one in axes)
+    speed = max(float(np.abs(one.reference_rate).max()) for one in axes)
+    faster = [one.reference_acceleration for one in axes if one.reference_acceleration is not None]
+    acceleration = max((float(np.abs(x).max()) for x in faster), default=0.0) or speed / SOON
+    one = scenario.plant.each()[axis]
+    limit = largest_command(scenario.limits.of(one.name))
+    return Limits(travel, speed, acceleration, one.drive.largest_commands(one.parameters, limit)[1])
+
+
+def follower(scenario: Scenario) -> Design:
+    """Return a calm PID with feed-forward, for machines whose own control is not known."""
+    settings = {"controller": {"kind": "pid+ff"}}
+    where = load_scenario(scenario.model_dump(exclude_unset=True) | settings)
+    genome: Any = genome_of(where)
+    calm, places = genome.designed(np.array([CALM * genome.bandwidths[0]])), genome.empty().places
+    for k, (name, one) in enumerate(genome.searched.items()):
+        if name in calm:
+            places[:, k] = one.place(calm[name])
+    return design_of(GainVectors(np.zeros(1, int), places), where)

@@ -1,0 +1,157 @@
+"""The folder of an experiment: its page, and the experiment as CSV, G-code, C and for HAL."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from hfc_design.core.checkpoint import write_whole
+from hfc_design.core.records import writing
+from hfc_design.core.tables import Table
+from hfc_design.core.wording import percent, three_digits
+from hfc_design.files.machine import Axis
+from hfc_design.identify.experiment import Experiment
+from hfc_design.plotting.curves import thinned
+from hfc_design.plotting.figure import OTHER, OWN, finish, framed
+from hfc_design.plotting.files import small_address
+from hfc_design.report import REPORT, rendered
+
+#: Period of the points of a sine in G-code [s].
+POINTS = 0.02
+#: G-code letter of an axis that has another name.
+LETTER = {False: "X", True: "C"}
+
+
+def write(made: Experiment, axis: Axis, plant: str, path: Path, command: str) -> None:
+    """Write the folder of an experiment; ``command`` is the command line that made it.
+
+    Raises:
+        RunError: the folder cannot be written.
+    """
+    page = rendered(
+        "experiment.html.j2",
+        f"experiment for {plant}",
+        small_address,
+        made=made,
+        plant=plant,
+        units=made.units,
+        gcode="mm" if axis.length else "degrees",
+        drawn=drawn(made),
+        command=command,
+        **dict(zip(("segments", "limits", "errors"), tables(made), strict=True)),
+    )
+    data = np.stack([made.time, made.reference, made.added], axis=1)
+    files = {
+        "experiment.csv": _csv(made, data),
+        "experiment.h": "\n".join(_c(made)) + "\n",
+        "experiment.ngc": "\n".join(_gcode(made, axis)) + "\n",
+        "experiment.txt": "".join(f"{x:.9g} {y:.9g}\n" for _, x, y in data),
+        "experiment.hal": HAL.format(period=round(1e9 * made.sample_time), rows=len(data) + 1),
+    }
+    with writing(path):
+        path.mkdir(parents=True, exist_ok=True)
+    for name, text in files.items():
+        write_whole(path / name, text.encode())
+    write_whole(path / REPORT, page.html)
+
+
+def tables(made: Experiment) -> list[Table]:
+    """Return the tables of the segments, of the limits, and of the expected errors."""
+    rows, begin = [], 0.0
+    for one in made.segments:
+        rows.append([f"{begin:.3g} s", one.words])
+        begin += len(one.reference) * made.sample_time
+    unit = made.units["error"]
+    units = (unit, f"{unit}/s", f"{unit}/s²", made.units["command"])
+    limits = [
+        [f"{name} [{unit}]", three_digits(most), percent(made.reached[name])]
+        for (name, most), unit in zip(made.limits._asdict().items(), units, strict=True)
+    ]
+    errors = [[name, percent(one), percent(two)] for name, (one, two) in made.errors.items()]
+    about = "Limits, and the largest share of them on any machine (acceleration: of the reference)."
+    known = (
+        "Standard error of each parameter from a log of this experiment, and of the scenario's motion "
+        "for as long, if the model is right; encoder steps and noise are the only error."
+    )
+    return [
+        Table("The segments, each from rest to rest.", ("from", "motion"), rows),
+        Table(about, ("limit", "value", "used"), limits),
+        Table(known, ("parameter", "scenario's motion", "experiment"), errors),
+    ]
+
+
+def drawn(made: Experiment) -> Figure:
+    """Draw reference and added signal against time."""
+    panels = 1 + bool(made.added.any())
+    figure = framed(0.6 + 1.9 * panels, top=0.1)
+    first, *others = np.atleast_1d(figure.subplots(panels, sharex=True))
+    first.plot(*thinned(made.time, made.reference), color=OWN, lw=1.0)
+    finish(first, f"reference [{made.units['error']}]", "" if others else "time [s]")
+    for axes in others:
+        axes.plot(*thinned(made.time, made.added), color=OTHER, lw=0.6)
+        finish(axes, f"added [{made.units['command']}]", "time [s]")
+    return figure
+
+
+def _csv(made: Experiment, data: np.ndarray) -> str:
+    units = made.units["error"], made.units["command"]
+    head = "time [s],reference [{}],added [{}]\n".format(*units)
+    return head + "".join(f"{t:.9g},{x:.9g},{y:.9g}\n" for t, x, y in data)
+
+
+def _c(made: Experiment) -> Iterator[str]:
+    yield f"/* Experiment of hfc-design: a value every {made.sample_time:g} s. */"
+    yield f"#define EXPERIMENT_SAMPLES {len(made.reference)}"
+    for name, values, unit in (
+        ("reference", made.reference, made.units["error"]),
+        ("added", made.added, made.units["command"]),
+    ):
+        yield f"static const float experiment_{name}[EXPERIMENT_SAMPLES] = {{ /* [{unit}] */"
+        for start in range(0, len(values), 8):
+            yield "  " + " ".join(f"{x:.7e}f," for x in values[start : start + 8])
+        yield "};"
+
+
+def _gcode(made: Experiment, axis: Axis) -> Iterator[str]:
+    """Yield the program: moves with their feeds, all else as points in inverse time (G93)."""
+    size = axis.length or 180.0 / np.pi
+    letter = axis.name.upper() if axis.name.upper() in tuple("XYZABC") else LETTER[not axis.length]
+    yield f"(Experiment of hfc-design, {'mm' if axis.length else 'deg'}, from the middle of the travel)"
+    yield "G21 G91.1 G90 G94 G64 P0"
+    step = max(round(POINTS / made.sample_time), 1)
+    for one in made.segments:
+        yield f"({one.words.replace('(', '[').replace(')', ']')})"
+        takes = len(one.reference) * made.sample_time
+        if one.moves:
+            for place, speed in one.moves:
+                yield f"G1 {letter}{size * place:.6f} F{60.0 * size * speed:.6g}"
+        else:
+            yield "G93"
+            places = size * one.reference[step - 1 :: step]
+            for place in places:
+                yield f"G1 {letter}{place:.6f} F{60.0 / (step * made.sample_time):.6g}"
+            yield "G94"
+            takes = 0.2
+        yield f"G4 P{min(takes, 0.2):.3g}"
+    yield "M2"
+
+
+HAL = """# Experiment of hfc-design for LinuxCNC: streams reference and added signal, records the axis.
+#   halrun -f experiment.hal, or source it before the lines of the servo thread of a machine;
+#   halstreamer < experiment.txt     then     halsampler -t > log.txt
+# A row of experiment.txt is a sample: reference, signal added to the command. Replace NAMES below.
+#loadrt threads name1=servo-thread period1={period}
+loadrt streamer depth={rows} cfg=ff
+loadrt sampler depth={rows} cfg=ffff
+addf streamer.0 servo-thread
+addf sampler.0 servo-thread
+net experiment-reference <= streamer.0.pin.0
+net experiment-added <= streamer.0.pin.1
+#net experiment-reference => PID.command
+#net experiment-added => SUM.in1
+net experiment-reference => sampler.0.pin.0
+#net POSITION-FEEDBACK => sampler.0.pin.1
+#net COMMAND => sampler.0.pin.2
+net experiment-added => sampler.0.pin.3
+"""

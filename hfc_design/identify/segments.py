@@ -1,0 +1,117 @@
+"""Candidates for the segments of an experiment, each from rest to rest inside limits.
+
+Moves to and fro at several speeds, sines of the reference, and, if a signal may be added to the
+command, binary noise and sweeps there, while the axis moves slowly so that its friction slides.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from hfc_design.core.numbers import Floats
+
+#: Shares of the largest speed and of the travel of moves; frequencies of sines [Hz].
+SPEEDS, TRAVELS, FREQUENCIES = (1.0, 0.5, 0.2, 0.05), (1.0, 0.3, 0.05), (0.5, 1, 2, 4, 8, 16, 32)
+#: Amplitudes of added signals as shares of the largest command; samples of a bit of binary noise.
+ADDED, BITS = (0.03, 0.1, 0.3), (1, 2, 4)
+#: Speed, as a share of the largest one, below an added signal.
+SLOW = 0.2
+#: Time for a change of the acceleration, as a share of that for the largest speed.
+JERK = 0.5
+#: Share of a segment in which a sine fades in and out; share of the limits that its middle uses.
+FADE, LEFT = 0.1, 0.6
+#: Highest frequency of a sine of the reference, and of an added sweep [sampling rate].
+HIGHEST, SWEPT = 0.1, 0.4
+
+
+class Limits(NamedTuple):
+    """Largest values of an axis, in units of its drive."""
+
+    travel: float  # from end to end
+    speed: float
+    acceleration: float  # of the reference
+    command: float
+
+
+class Segment(NamedTuple):
+    """A part of an experiment, from rest to rest in the middle of the travel."""
+
+    words: str
+    reference: Floats  # (steps,) from the middle of the travel
+    added: Floats  # (steps,) to the command
+    moves: tuple[
+        tuple[float, float], ...
+    ] = ()  # place and speed of each move, if it has only moves
+
+
+def segments(limits: Limits, every: float, steps: int, add: bool) -> Iterator[Segment]:
+    """Yield all candidates of a length within limits."""
+    travel, speed, acceleration, command = limits
+    still, time = np.zeros(steps), every * np.arange(steps)
+    ends = np.minimum(np.arange(steps), np.arange(steps)[::-1])
+    fade = np.clip(ends / (FADE * steps), 0.0, 1.0)
+    fade = fade**2 * (3.0 - 2.0 * fade)
+    for share in SPEEDS:
+        for part in TRAVELS:
+            if move := _to_and_fro(share * speed, part * travel, acceleration, every, steps):
+                yield move
+    for hz in FREQUENCIES:
+        w = 2.0 * np.pi * hz
+        size = LEFT * min(travel / 2.0, speed / w, acceleration / w**2)
+        if hz * steps * every >= 2.0 and hz < HIGHEST / every:
+            yield Segment(
+                f"sine of the reference, {hz:g} Hz", size * fade * np.sin(w * time), still
+            )
+    if add:
+        slow = _to_and_fro(SLOW * speed, travel, acceleration, every, steps)
+        below, random = slow.reference if slow else still, np.random.default_rng(0)
+        for share in ADDED:
+            size = f"{100 * share:g} % of the command"
+            for bits in BITS:
+                noise = random.choice([-1.0, 1.0], -(-steps // bits)).repeat(bits)[:steps]
+                words = f"binary noise added, {bits * every:g} s a bit, {size}"
+                yield Segment(words, below, share * command * fade * noise)
+            phase = np.cumsum(np.geomspace(2.0 / (steps * every), SWEPT / every, steps)) * every
+            sweep = share * command * fade * np.sin(2.0 * np.pi * phase)
+            yield Segment(f"sweep added to {SWEPT / every:g} Hz, {size}", below, sweep)
+
+
+def _to_and_fro(
+    speed: float, distance: float, acceleration: float, every: float, steps: int
+) -> Segment | None:
+    """Return moves to and fro through the middle, with limited jerk; None: not one fits."""
+    rise = speed / acceleration
+    soft = max(round(JERK * rise / every), 1)
+    ends, place, end = [0.5 * distance], [0.0], 0.0
+    reference = list[float]()
+    while True:
+        way = ends[-1] - end
+        takes = _move(way, speed, acceleration, every)
+        back = _move(ends[-1], speed, acceleration, every)
+        if len(reference) + len(takes) + len(back) + 2 * soft > steps:
+            break
+        reference += [end + x for x in takes]
+        place.append(ends[-1])
+        end = ends[-1]
+        ends.append(-end)
+    if len(place) == 1:
+        return None
+    reference += [end - np.sign(end) * x for x in _move(abs(end), speed, acceleration, every)]
+    whole = np.append(reference, np.zeros(steps - len(reference)))
+    smooth = np.convolve(np.append(np.zeros(soft - 1), whole), np.full(soft, 1.0 / soft), "valid")
+    words = f"{len(place)} moves of {distance:.3g} at {speed:.3g}/s"
+    moves = tuple((x, speed) for x in (*place[1:], 0.0))
+    return Segment(words, smooth, np.zeros(steps), moves)
+
+
+def _move(way: float, speed: float, acceleration: float, every: float) -> list[float]:
+    """Return the places of a trapezoidal move by ``way``, one a sample."""
+    size = abs(way)
+    top = min(speed, np.sqrt(size * acceleration))
+    rise = top / acceleration
+    time = every * np.arange(1, int(np.ceil((size / top + rise) / every)) + 1)
+    left = size / top + rise - time
+    place = np.where(time < rise, 0.5 * acceleration * time**2, top * (time - 0.5 * rise))
+    ending = size - 0.5 * acceleration * np.clip(left, 0.0, None) ** 2
+    return [*(np.sign(way) * np.where(left < rise, ending, place))]
