@@ -11,7 +11,6 @@ from hfc_design.identify import experiment_files, identified
 from hfc_design.identify.experiment import (
     CHECKED,
     Experiment,
-    Limits,
     choose,
     default_limits,
     follower,
@@ -136,8 +135,8 @@ def experiment(
     loaded = load_scenario(scenario, changes)
     design = follower(loaded) if controller is None else controller
     setup = Setup.of(design, loaded, axis, 0.0, CHECKED - 1)
-    given = Limits(travel, speed, acceleration, command)._asdict()
-    known = {name: value for name, value in given.items() if value is not None}
+    each = {"travel": travel, "speed": speed, "acceleration": acceleration, "command": command}
+    known = {name: value for name, value in each.items() if value is not None}
     for name, value in known.items():
         check_positive(name, value)
     limits = default_limits(loaded, setup.axis)._replace(**known)

@@ -22,21 +22,8 @@ from hfc_design.cli.usage import Refusing, as_lines, refusal
 
 #: Commands in the order in which a user meets them.
 COMMANDS = (
-    *(
-        list_,
-        show,
-        init,
-        design,
-        pick,
-        score,
-        compare,
-        simulate,
-        train,
-        experiment,
-        identify,
-        frequency,
-    ),
-    *(export, import_, explain, plot, stability, attainable, report, batch),
+    *(list_, show, init, design, pick, score, compare, simulate, train, experiment, identify),
+    *(frequency, export, import_, explain, plot, stability, attainable, report, batch),
 )
 SETTINGS = {"help_option_names": ["-h", "--help"]}
 

@@ -8,16 +8,13 @@ next (Ljung, System Identification, 1999, sec. 13.3), until the time is used up.
 """
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 from typing import Any, NamedTuple
 
 import jax
-import jax.numpy as jnp
 import numpy as np
-from jax import lax
 
 from hfc_design.controllers.gains.genome import GainVectors
-from hfc_design.core.numbers import Floats, Json
+from hfc_design.core.numbers import Floats, Integers, Json
 from hfc_design.core.records import UserError, option
 from hfc_design.files.design import Design
 from hfc_design.files.named_scenario import load_scenario
@@ -28,20 +25,14 @@ from hfc_design.identify.parameters import free_parameters
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import replay
 from hfc_design.identify.segments import Limits, Segment, segments
-from hfc_design.motion.samples import Samples
 from hfc_design.runs.individuals import design_of, genome_of
-from hfc_design.simulation.closed_loop import Loop, next_state, start
-from hfc_design.simulation.flattening import Code, joined
+from hfc_design.simulation.following import followed
 from hfc_design.simulation.frequency import Setup
 from hfc_design.simulation.sensors import largest_command
-from hfc_design.simulation.stepped_sines import Excited, row_at
-from hfc_design.simulation.stepping import nested
 from plants.around import plain
 
 #: Number of segments, of machines on which they are compared, and on which limits are checked.
 SEGMENTS, COMPARED, CHECKED = 8, 4, 1000
-#: Machines that are simulated at once.
-AT_ONCE = 125
 #: Share of each limit that candidates use by design; factor by which a segment is made smaller
 #: until no machine exceeds a limit, and how often.
 USED, SMALLER, TRIES = 0.85, 0.9, 20
@@ -49,8 +40,12 @@ USED, SMALLER, TRIES = 0.85, 0.9, 20
 OBSERVER, SHARE = 20.0, 0.1
 #: Time in which a speed without an acceleration is reached [s].
 SOON = 0.1
+#: Number of segments that are kept for signals on the command.
+KEPT = 2
 #: Number of times that a candidate may be taken.
-REPEATED = 2
+REPEATED = 3
+#: Most rounds of exchanges.
+ROUNDS = 10
 #: Noise of a machine without noise or encoder steps, as a share of the travel.
 NOTHING = 1e-7
 #: Bandwidth of the loop that follows the reference, as a share of the largest stable one.
@@ -87,7 +82,7 @@ class Experiment(NamedTuple):
     @property
     def time(self) -> Floats:
         """Time (steps,) of each sample [s]."""
-        return self.sample_time * np.arange(len(self.reference))
+        return np.asarray(self.sample_time * np.arange(len(self.reference)))
 
     @property
     def duration(self) -> float:
@@ -149,13 +144,8 @@ def choose(
     kept = _determined(tables.sum(axis=(0, 1)), len(wanted))
     before, tables = (x[..., kept, :][..., kept] for x in (before, tables))
     free = [wanted[k] for k in kept if k < len(wanted)]
-    chosen, total = list[int](), np.zeros_like(before)
-    for k in range(SEGMENTS):
-        most = max(REPEATED, k // len(tables) + 1)  # for variety: the model may be wrong
-        left = [n for n in range(len(tables)) if chosen.count(n) < most]
-        errors = [np.log(_errors(total + tables[n])[:, : len(free)]).mean() for n in left]
-        chosen.append(left[int(np.argmin(errors))])
-        total = total + tables[chosen[-1]]
+    chosen = _best(tables, len(free), [bool(run.segment.added.any()) for run in inside])
+    total = tables[chosen].sum(axis=0)
     picked = [inside[k].segment for k in sorted(chosen)]
     pairs = zip(free, _errors(before).mean(axis=0), _errors(total).mean(axis=0), strict=False)
     told = {name: (float(one), float(two)) for name, one, two in pairs}
@@ -180,49 +170,11 @@ class _Run(NamedTuple):
     place: Floats  # that is fed back
 
 
-def _simulated(setup: Setup, one: Segment, chosen: Floats) -> _Run:
+def _simulated(setup: Setup, one: Segment, chosen: Integers) -> _Run:
     """Return a segment on the chosen machines."""
-    rate = np.gradient(one.reference, setup.every)
-    moving = np.stack([one.reference, rate, np.gradient(rate, setup.every), one.added])
-    code, numbers = setup.loop._replace(controller=Excited(setup.loop.controller, False)).apart
-    some, row = setup.machines.take(np.asarray(chosen, int)), setup.point.row
-    given = (numbers, some.nominal, setup.gains, row, moving.T, some.actual)
-    command, place = map(np.asarray, _motion(code, setup.axis, *given))
-    return _Run(one, command, place)
-
-
-@partial(jax.jit, static_argnums=(0, 1))
-def _motion(
-    code: Code,
-    axis: int,
-    numbers: Any,
-    nominal: Any,
-    gains: Any,
-    row: Samples,
-    moving: Any,
-    true: Any,
-) -> Any:
-    """Return commands and measured positions (steps, machines) of the axis."""
-    loop: Loop = joined(code, numbers)
-    law = jax.tree.map(lambda one: one[0], jax.tree.map(nested, gains))
-    drive, only = loop.machine.drives[axis], np.eye(len(loop.limits))[axis]
-
-    def one(parameters: Any) -> Any:
-        fixed = loop.coefficients(parameters)
-        quiet = law, (0.0,) * len(only)
-
-        def sample(before: Any, now: Any) -> Any:
-            reference, rate, faster, added = now
-            there = row_at(row, *(only * x for x in (reference, rate, faster)))
-            excited = law, tuple(added * x for x in only)
-            after = next_state(loop, nominal, fixed, row.sample_time, excited, before, there)
-            state = before.states[axis]
-            seen = drive.measured(fixed[axis], state)
-            return after, (after.commands[axis], getattr(seen, drive.seen[0]))
-
-        return lax.scan(sample, start(loop, fixed, jnp.zeros(()), row.start, quiet), moving)[1]
-
-    return jax.tree.map(lambda leaf: leaf.T, jax.vmap(one)(true))
+    some, row = setup.machines.take(chosen), setup.point.row
+    about = (setup.loop, some, setup.gains, row, setup.axis)
+    return _Run(one, *followed(*about, one.reference, one.added))
 
 
 def _reached(run: _Run, limits: Limits, every: float) -> Floats:
@@ -240,14 +192,13 @@ def _within(
     setup: Setup, picked: list[Segment], limits: Limits, every: float
 ) -> tuple[list[Segment], dict[str, float]]:
     """Return the segments, reduced until no machine exceeds a limit, and the shares reached."""
-    chunks = np.array_split(np.arange(setup.machines.size), -(-setup.machines.size // AT_ONCE))
+    every_one = np.arange(setup.machines.size)
     inside, shares = list[Segment](), np.zeros(len(limits))
     for one in picked:
         for size in SMALLER ** np.arange(TRIES):
             moves = tuple((size * place, size * speed) for place, speed in one.moves)
             less = Segment(one.words, size * one.reference, size * one.added, moves)
-            each = [_reached(_simulated(setup, less, x), limits, every) for x in chunks]
-            worst = np.concatenate(each, axis=1).max(axis=1)
+            worst = _reached(_simulated(setup, less, every_one), limits, every).max(axis=1)
             if (worst <= 1.0).all():
                 break
         inside.append(less)
@@ -274,6 +225,31 @@ def _information(
         rows = np.nan_to_num(rows)
         tables.append(rows.T @ rows)
     return free.names, np.array(tables)
+
+
+def _best(tables: Floats, count: int, added: Sequence[bool]) -> list[int]:
+    """Return the segments with least mean logarithm of the errors of the first ``count`` numbers.
+
+    They are exchanged one by one until none is better (Fedorov, Theory of Optimal Experiments,
+    1972, ch. 3). The last ``KEPT`` have an added signal, if there are such.
+    """
+    every = [*range(len(tables))]
+    extra = [k for k in every if added[k]] or every
+    chosen, least = list[int](), np.inf
+    for _ in range(ROUNDS):
+        before = chosen.copy()
+        for place in range(SEGMENTS):
+            others = chosen[:place] + chosen[place + 1 :]
+            most = max(REPEATED, -(-SEGMENTS // len(tables)))  # for variety: the model may be wrong
+            some = extra if place >= SEGMENTS - KEPT else every
+            some = [k for k in some if others.count(k) < most]
+            sums = tables[others].sum(axis=0)
+            worth = [np.log(_errors(sums + tables[k])[:, :count]).mean() for k in some]
+            if len(chosen) <= place or min(worth) < least:
+                chosen[place : place + 1], least = [some[int(np.argmin(worth))]], min(worth)
+        if chosen == before:
+            break
+    return chosen
 
 
 def _determined(information: Floats, count: int) -> list[int]:

@@ -29,6 +29,7 @@ def write(made: Experiment, axis: Axis, plant: str, path: Path, command: str) ->
     Raises:
         RunError: the folder cannot be written.
     """
+    parts, limits, errors = tables(made)
     page = rendered(
         "experiment.html.j2",
         f"experiment for {plant}",
@@ -39,7 +40,9 @@ def write(made: Experiment, axis: Axis, plant: str, path: Path, command: str) ->
         gcode="mm" if axis.length else "degrees",
         drawn=drawn(made),
         command=command,
-        **dict(zip(("segments", "limits", "errors"), tables(made), strict=True)),
+        segments=parts,
+        limits=limits,
+        errors=errors,
     )
     data = np.stack([made.time, made.reference, made.added], axis=1)
     files = {
@@ -71,8 +74,8 @@ def tables(made: Experiment) -> list[Table]:
     errors = [[name, percent(one), percent(two)] for name, (one, two) in made.errors.items()]
     about = "Limits, and the largest share of them on any machine (acceleration: of the reference)."
     known = (
-        "Standard error of each parameter from a log of this experiment, and of the scenario's motion "
-        "for as long, if the model is right; encoder steps and noise are the only error."
+        "Standard error of each parameter from a log of this experiment, and of the scenario's "
+        "motion for as long, if the model is right: only encoder steps and noise count."
     )
     return [
         Table("The segments, each from rest to rest.", ("from", "motion"), rows),
@@ -117,7 +120,8 @@ def _gcode(made: Experiment, axis: Axis) -> Iterator[str]:
     """Yield the program: moves with their feeds, all else as points in inverse time (G93)."""
     size = axis.length or 180.0 / np.pi
     letter = axis.name.upper() if axis.name.upper() in tuple("XYZABC") else LETTER[not axis.length]
-    yield f"(Experiment of hfc-design, {'mm' if axis.length else 'deg'}, from the middle of the travel)"
+    unit = "mm" if axis.length else "deg"
+    yield f"(Experiment of hfc-design, {unit}, from the middle of the travel)"
     yield "G21 G91.1 G90 G94 G64 P0"
     step = max(round(POINTS / made.sample_time), 1)
     for one in made.segments:
@@ -137,7 +141,7 @@ def _gcode(made: Experiment, axis: Axis) -> Iterator[str]:
     yield "M2"
 
 
-HAL = """# Experiment of hfc-design for LinuxCNC: streams reference and added signal, records the axis.
+HAL = """# Experiment of hfc-design for LinuxCNC: streams the reference, records the axis.
 #   halrun -f experiment.hal, or source it before the lines of the servo thread of a machine;
 #   halstreamer < experiment.txt     then     halsampler -t > log.txt
 # A row of experiment.txt is a sample: reference, signal added to the command. Replace NAMES below.

@@ -12,7 +12,11 @@ import numpy as np
 from hfc_design.core.numbers import Floats
 
 #: Shares of the largest speed and of the travel of moves; frequencies of sines [Hz].
-SPEEDS, TRAVELS, FREQUENCIES = (1.0, 0.5, 0.2, 0.05), (1.0, 0.3, 0.05), (0.5, 1, 2, 4, 8, 16, 32)
+SPEEDS, TRAVELS, FREQUENCIES = (
+    (1.0, 0.5, 0.2, 0.05, 0.01),
+    (1.0, 0.3, 0.05),
+    (0.5, 1, 2, 4, 8, 16, 32),
+)
 #: Amplitudes of added signals as shares of the largest command; samples of a bit of binary noise.
 ADDED, BITS = (0.03, 0.1, 0.3), (1, 2, 4)
 #: Speed, as a share of the largest one, below an added signal.
@@ -53,28 +57,27 @@ def segments(limits: Limits, every: float, steps: int, add: bool) -> Iterator[Se
     fade = np.clip(ends / (FADE * steps), 0.0, 1.0)
     fade = fade**2 * (3.0 - 2.0 * fade)
     for share in SPEEDS:
-        for part in TRAVELS:
-            if move := _to_and_fro(share * speed, part * travel, acceleration, every, steps):
+        for far in TRAVELS:
+            if move := _to_and_fro(share * speed, far * travel, acceleration, every, steps):
                 yield move
     for hz in FREQUENCIES:
         w = 2.0 * np.pi * hz
-        size = LEFT * min(travel / 2.0, speed / w, acceleration / w**2)
-        if hz * steps * every >= 2.0 and hz < HIGHEST / every:
-            yield Segment(
-                f"sine of the reference, {hz:g} Hz", size * fade * np.sin(w * time), still
-            )
+        swing = LEFT * min(travel / 2.0, speed / w, acceleration / w**2)
+        if hz * steps * every >= 1.0 and hz < HIGHEST / every:
+            sine = swing * fade * np.sin(w * time)
+            yield Segment(f"sine of the reference, {hz:g} Hz", sine, still)
     if add:
         slow = _to_and_fro(SLOW * speed, travel, acceleration, every, steps)
         below, random = slow.reference if slow else still, np.random.default_rng(0)
         for share in ADDED:
-            size = f"{100 * share:g} % of the command"
+            part = f"{100 * share:g} % of the command"
             for bits in BITS:
                 noise = random.choice([-1.0, 1.0], -(-steps // bits)).repeat(bits)[:steps]
-                words = f"binary noise added, {bits * every:g} s a bit, {size}"
+                words = f"binary noise added, {bits * every:g} s a bit, {part}"
                 yield Segment(words, below, share * command * fade * noise)
             phase = np.cumsum(np.geomspace(2.0 / (steps * every), SWEPT / every, steps)) * every
             sweep = share * command * fade * np.sin(2.0 * np.pi * phase)
-            yield Segment(f"sweep added to {SWEPT / every:g} Hz, {size}", below, sweep)
+            yield Segment(f"sweep added to {SWEPT / every:g} Hz, {part}", below, sweep)
 
 
 def _to_and_fro(

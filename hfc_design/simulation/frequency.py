@@ -46,6 +46,7 @@ class Setup(NamedTuple):
     point: Point
     fastest: Point  # of the scenario, by this axis
     axis: int
+    bare: Machines  # those machines without effects around their drives
 
     @classmethod
     def of(
@@ -55,8 +56,9 @@ class Setup(NamedTuple):
         axis: str | None,
         speed: float | None,
         machines: int,
+        later: float | None = None,
     ) -> "Setup":
-        """Return the setup; for arguments and errors see ``simulated_response``."""
+        """Return the setup; ``later``: see ``closed_loop``; else see ``simulated_response``."""
         design = load_design(design)
         where = load_scenario(scenario) if scenario else own_scenario(design, design.name)
         where = with_converter(where, design)
@@ -65,7 +67,7 @@ class Setup(NamedTuple):
             raise UserError(f"{option('axis', axis)}: must be one of {', '.join(axes)}")
         number = axes.index(axis) if axis else 0
         controller, gains = controller_of(design, where)
-        loop = closed_loop(where, controller)
+        loop = closed_loop(where, controller, later)
         robust = where.robust or RobustSettings(spread=SPREAD)
         draw = (robust.spread, machines, where.run.seed + BEYOND, robust.tolerances)
         some, _ = drawn(machine(design, where), *draw, key="robust.spread")
@@ -75,7 +77,8 @@ class Setup(NamedTuple):
             speeds = tuple(speed if k == number else 0.0 for k in range(len(axes)))
             point = Point("", steady_row(motion, motion.samples(), 0, speeds), speeds)
         name = f"{design.name} {axes[number]}" if len(axes) > 1 else design.name
-        return cls(name, where, loop, gains, standing(some, where, loop), point, fastest, number)
+        around = standing(some, where, loop)
+        return cls(name, where, loop, gains, around, point, fastest, number, some)
 
     @property
     def every(self) -> float:

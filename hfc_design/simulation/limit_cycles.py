@@ -7,17 +7,13 @@ predicted where L = -1. It is stable if |L| falls with A there: a larger oscilla
 (Gelb & Vander Velde, Multiple-Input Describing Functions and Nonlinear System Design, 1968, ch. 3)
 """
 
-from typing import Any
-
-import jax
 import numpy as np
 from scipy.optimize import minimize_scalar
 
 from hfc_design.core.numbers import Floats
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.named_scenario import AnyScenario
-from hfc_design.motion.samples import Samples
-from hfc_design.simulation import population
+from hfc_design.simulation.following import followed
 from hfc_design.simulation.frequency import Setup
 from hfc_design.simulation.stepped_sines import WINDOW, Sines, stepped_sines, whole_periods
 from hfc_design.stability.frequency import LimitCycle
@@ -97,36 +93,19 @@ def _simulated(setup: Setup, cycle: LimitCycle) -> LimitCycle:
     period = 1.0 / (cycle.hz * every)
     steps = int((KICKED + SETTLED + MEASURED) * period) + 1
     swing = np.where(np.arange(steps) < KICKED * period, np.arange(steps) / period, 0.0)
-    one = setup.machines.take(np.zeros(1, int))
+    about = (setup.loop, setup.machines.take(np.zeros(1, int)), setup.gains, row, setup.axis)
     best = cycle
     for kick in KICKS:
         reference = kick * cycle.position * np.sin(2.0 * np.pi * swing)
-        samples = _still(row, setup.axis, reference)
-        _, moved = population.trajectory(setup.loop, one, samples, setup.gains)
-        motion, drive = moved[setup.axis], setup.loop.machine.drives[setup.axis]
-        state = jax.tree.map(lambda leaf: leaf[-int(MEASURED * period) :, 0], motion.state)
-        seen = getattr(state, drive.seen[0])
-        hz, position = _oscillation(seen, every, cycle.hz)
-        _, command = _oscillation(motion.command[-len(seen) :, 0], every, hz)
+        commands, places = followed(*about, reference, 0.0 * reference)
+        last = slice(-int(MEASURED * period), None)
+        hz, position = _oscillation(places[last, 0], every, cycle.hz)
+        _, command = _oscillation(commands[last, 0], every, hz)
         if position > SUSTAINED * cycle.position and not position < best.simulated_position:
             best = best._replace(
                 simulated_hz=hz, simulated_command=command, simulated_position=position
             )
     return best
-
-
-def _still(row: Samples, axis: int, reference: Floats) -> Samples:
-    """Return the samples of a machine at rest, one axis of which gets a reference besides."""
-
-    def repeated(leaf: Any) -> Floats:
-        return np.repeat(np.asarray(leaf, float)[..., None], len(reference), axis=-1)
-
-    whole = jax.tree.map(repeated, row._replace(sample_time=None, start=(), copy_start=()))
-    axes = list(whole.axes)
-    moved = axes[axis].reference + reference
-    axes[axis] = axes[axis]._replace(reference=moved, target=moved)
-    rest = {"sample_time": row.sample_time, "start": row.start}
-    return whole._replace(axes=tuple(axes), copy_start=row.start, **rest)
 
 
 def _oscillation(values: Floats, every: float, near: float) -> tuple[float, float]:

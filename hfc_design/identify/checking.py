@@ -1,0 +1,257 @@
+"""Whether a machine does what its design promised: a log against machines within the tolerances.
+
+The reference of the log is followed by a thousand simulated machines. What is compared are error
+and command in stretches of the log: their means, and the roughness of both (chatter). A log is
+unlike the machines if its distance from their mean (Mahalanobis, with the covariance of Ledoit and
+Wolf, J. Multivariate Analysis 88, 2004) is larger than those of machines that did not make this
+covariance: their ranks give the p-value, whatever the distribution. For each parameter, nominal
+machines with other values show how the log would change; the one that explains it best is named.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import jax
+import numpy as np
+
+from hfc_design.core.numbers import Floats, Json, storable
+from hfc_design.core.records import UserError
+from hfc_design.core.tables import Table
+from hfc_design.core.wording import percent, three_digits
+from hfc_design.files.robust import friction_of
+from hfc_design.identify.recording import Recording
+from hfc_design.simulation.following import followed
+from hfc_design.simulation.frequency import Setup
+from hfc_design.simulation.population import Machines, standing
+
+#: Stretches of a log; share of the machines that make the covariance.
+STRETCHES, MAKING = 40, 0.5
+#: A log is unlike the machines below this p-value.
+UNLIKE = 0.05
+#: Factors on a parameter, added delays [samples], and gaps [rms error of the log] that are tried.
+FACTORS = (0.5, 0.7, 0.85, 1.0, 1.15, 1.3, 1.5, 2.0, 3.0)
+DELAYS, GAPS = (0.0, 0.5, 1.0, 2.0), (0.0, 0.3, 1.0, 3.0)
+#: Number of steps between two of these; explanations within this distance are as good.
+BETWEEN, ALIKE = 10, 4.0
+#: Longest additional delay [samples] for which the loop has room.
+LATER = 2.0
+FRICTION, DELAY, GAP = "friction", "delay_samples", "backlash"
+
+
+class Explanation(NamedTuple):
+    """A change of the nominal machine that would explain a log."""
+
+    name: str  # of the parameter, or ``FRICTION``, ``DELAY`` or ``GAP``
+    change: str  # in words
+    distance: float  # squared, of the log from the machines with the change
+    size: float
+
+
+class Check(NamedTuple):
+    """A log against what a design promised."""
+
+    log: str
+    machines: int
+    p_value: float
+    measured: dict[str, float]  # numbers of the log, with units in their names
+    expected: dict[str, tuple[float, float]]  # 5 and 95 % of the machines
+    explanations: tuple[Explanation, ...]  # the best first
+
+    @property
+    def unlike(self) -> bool:
+        """Whether the machine does not do what was promised."""
+        return self.p_value < UNLIKE
+
+    @property
+    def verdict(self) -> str:
+        """The answer in a sentence."""
+        chance = f"p = {self.p_value:.2g}: so far off are {percent(self.p_value)} of the machines"
+        if not self.unlike:
+            return f"the machine does what was promised ({chance} within the tolerances)"
+        best = self.explanations[0]
+        near = [x.name for x in self.explanations[1:] if x.distance < best.distance + ALIKE]
+        other = f" (or {', '.join(near)})" if near else ""
+        return f"the machine does NOT do what was promised ({chance}): {best.change}{other}"
+
+    def numbers(self) -> Json:
+        """Return the output of ``hfc check --json``."""
+        return {
+            "log": self.log,
+            "machines": self.machines,
+            "p_value": self.p_value,
+            "as_promised": not self.unlike,
+            "verdict": self.verdict,
+            "measured": storable(self.measured),
+            "expected": {name: [*ends] for name, ends in self.expected.items()},
+            "explanations": [storable(one._asdict()) for one in self.explanations],
+        }
+
+    def tables(self) -> list[Table]:
+        """Return the table of the numbers with the band of the machines, and explanations."""
+        rows = []
+        for name, value in self.measured.items():
+            low, high = self.expected[name]
+            inside = "yes" if low <= value <= high else "no"
+            rows.append([name, three_digits(value), f"{low:.3g}..{high:.3g}", inside])
+        about = f"{self.log} and 5 to 95 % of {self.machines} machines within the tolerances."
+        tables = [Table(about, ("number", "log", "machines", "inside"), rows, lines=[self.verdict])]
+        if self.unlike:
+            rows = [[x.name, x.change, f"{x.distance:.3g}"] for x in self.explanations[:5]]
+            why = "Changes that would explain it, the best first; the distance is squared."
+            tables.append(Table(why, ("changed", "how", "distance"), rows))
+        return tables
+
+
+def check(setup: Setup, log: Recording, name: str) -> Check:
+    """Return how a log compares with the machines of ``setup``, the nominal one first.
+
+    Raises:
+        UserError: the log has no reference or no command.
+    """
+    if log.reference is None or log.command is None:
+        missing = "reference" if log.reference is None else "command"
+        raise UserError(f"{name}: has no {missing}; a check needs reference, position and command")
+    compared = _Compared(setup, log)
+    measured = compared.features(log.command[:, None], log.place[:, None])
+    command, place = compared.followed(setup.machines)
+    drawn = compared.features(command, place)[:, 1:]
+    mean, inverse = _shrunk(drawn[:, : int(MAKING * drawn.shape[1])])
+
+    def distance(features: Floats) -> Floats:
+        off = features - mean[:, None]
+        return np.asarray(np.einsum("ij,ik,kj->j", off, inverse, off))
+
+    ranks, own = distance(drawn[:, int(MAKING * drawn.shape[1]) :]), float(distance(measured)[0])
+    p_value = float((1.0 + np.sum(ranks >= own)) / (1.0 + len(ranks)))
+    band = compared.numbers(command[:, 1:], place[:, 1:])
+    expected = {
+        k: (float(np.quantile(x, 0.05)), float(np.quantile(x, 0.95))) for k, x in band.items()
+    }
+    shown = compared.numbers(log.command[:, None], log.place[:, None])
+    explained = _explained(setup, compared, measured - mean[:, None], inverse)
+    values = {k: float(x[0]) for k, x in shown.items()}
+    return Check(name, drawn.shape[1], p_value, values, expected, tuple(explained))
+
+
+class _Compared:
+    """The motion of a log, followed by machines, and features of both."""
+
+    def __init__(self, setup: Setup, log: Recording):
+        assert log.reference is not None
+        self._setup, self.reference, self._added = setup, log.reference, log.added
+        drive, sensors = setup.scenario.machine.drives[setup.axis], setup.scenario.sensors
+        self._noise = sensors.of(setup.scenario.machine.axes[setup.axis]).noise
+        self._units = drive.units
+        self.usual = float(np.std(log.reference - log.place))  # its error
+
+    def followed(self, machines: Machines, common: bool = False) -> tuple[Floats, Floats]:
+        """Return commands and positions (steps, machines) of machines that follow the reference."""
+        setup, begin = self._setup, self.reference[0]
+        about = (setup.loop, machines, setup.gains, setup.point.row, setup.axis)
+        moving = self.reference - begin, self._added
+        command, place = followed(*about, *moving, self._noise, machines.size, common)
+        return command, place + begin
+
+    def features(self, command: Floats, place: Floats) -> Floats:
+        """Return means and roughness of error and command in each stretch, (features, n)."""
+        features = []
+        for values in (self.reference[:, None] - place, command):
+            parts = np.array_split(values, STRETCHES)
+            features += [part.mean(axis=0) for part in parts]
+            bends = (np.diff(part, axis=0).std(axis=0) for part in parts)
+            features += [np.log(bend + 1e-12) for bend in bends]
+        return np.array(features)
+
+    def numbers(self, command: Floats, place: Floats) -> dict[str, Floats]:
+        """Return what a user knows a loop by, (n,) each, with units in the names."""
+        error, unit = self.reference[:, None] - place, self._units["error"]
+        return {
+            f"rms error [{unit}]": np.sqrt(np.mean(error**2, axis=0)),
+            f"largest error [{unit}]": np.abs(error).max(axis=0),
+            f"rms command [{self._units['command']}]": np.sqrt(np.mean(command**2, axis=0)),
+            f"chatter [{self._units['command']}]": np.abs(np.diff(command, axis=0)).mean(axis=0),
+        }
+
+
+def _shrunk(features: Floats) -> tuple[Floats, Floats]:
+    """Return mean and inverse covariance of features (features, machines), by Ledoit and Wolf."""
+    size, count = features.shape
+    mean = features.mean(axis=1)
+    off = features - mean[:, None]
+    scale = off.std(axis=1) + 1e-12 * (np.abs(mean) + 1e-300)
+    unit = off / scale[:, None]
+    sample = unit @ unit.T / count
+    level = np.trace(sample) / size
+    apart = np.sum((sample - level * np.eye(size)) ** 2)
+    noise = (np.sum(np.sum(unit**2, axis=0) ** 2) / count - np.sum(sample**2)) / count
+    share = float(np.clip(noise / max(apart, 1e-300), 1e-6, 1.0))
+    whole = share * level * np.eye(size) + (1.0 - share) * sample
+    return mean, np.linalg.inv(whole) / np.outer(scale, scale)
+
+
+class _Change(NamedTuple):
+    """Sizes of one change, in rising order, and nominal machines with it."""
+
+    name: str
+    words: str  # with {} for a size
+    sizes: Floats
+    none: float  # the size without a change
+    machines: Machines
+
+
+def _explained(
+    setup: Setup, compared: _Compared, off: Floats, inverse: Floats
+) -> list[Explanation]:
+    """Return what would explain features ``off`` those of the machines, the best first."""
+    changes = [*_factors(setup), *_around(setup, compared)]
+    true = [one.machines.actual for one in changes]
+    every = Machines(setup.machines.nominal, jax.tree.map(lambda *x: np.concatenate(x), *true))
+    features, begin, found = compared.features(*compared.followed(every, common=True)), 0, []
+    for one in changes:
+        curve = features[:, begin : (begin := begin + len(one.sizes))]
+        curve = curve - curve[:, one.sizes == one.none]
+        place = np.linspace(0.0, len(one.sizes) - 1.0, BETWEEN * (len(one.sizes) - 1) + 1)
+        low = np.minimum(place.astype(int), len(one.sizes) - 2)
+        share = place - low
+        left = off - curve[:, low] * (1.0 - share) - curve[:, low + 1] * share
+        distance = np.einsum("ij,ik,kj->j", left, inverse, left)
+        k = int(np.argmin(distance))
+        size = float(one.sizes[low[k]] * (1.0 - share[k]) + one.sizes[low[k] + 1] * share[k])
+        words = one.words.format(three_digits(size))
+        found.append(Explanation(one.name, words, float(distance[k]), size))
+    return sorted(found, key=lambda one: one.distance)
+
+
+def _factors(setup: Setup) -> Iterator[_Change]:
+    """Yield each parameter times ``FACTORS``, as far as such machines exist; friction together."""
+    axis, drive = setup.axis, setup.scenario.machine.drives[setup.axis]
+    values, rubs = setup.scenario.plant.values()[axis], friction_of(drive)
+    groups = {FRICTION: rubs} if rubs else {}
+    groups |= {
+        x: [x] for x in values._fields if x not in (*rubs, *drive.exact) and getattr(values, x)
+    }
+    for name, parameters in groups.items():
+        changed = [
+            values._replace(**{x: factor * getattr(values, x) for x in parameters})
+            for factor in FACTORS
+        ]
+        good = [k for k, x in enumerate(changed) if drive.fault(x._asdict()) is None]
+        some = setup.bare.take(np.zeros(len(good), int))
+        own = jax.tree.map(lambda *x: np.array(x, float), *(changed[k] for k in good))
+        true = tuple(own if k == axis else x for k, x in enumerate(some.actual))
+        machines = standing(Machines(some.nominal, true), setup.scenario, setup.loop)
+        yield _Change(name, f"{name} times {{}}", np.array(FACTORS)[good], 1.0, machines)
+
+
+def _around(setup: Setup, compared: _Compared) -> Iterator[_Change]:
+    """Yield longer delays of the command, and gaps before the encoder, unless the drive has one."""
+    drive, error = setup.scenario.machine.drives[setup.axis], compared.usual
+    each = {DELAY: (np.array(DELAYS), "{} samples of delay more")}
+    if not getattr(setup.scenario.plant.values()[setup.axis], GAP, 0.0):
+        each[GAP] = error * np.array(GAPS), f"{{}} {drive.units['error']} of backlash more"
+    for name, (sizes, words) in each.items():
+        some = setup.bare.take(np.zeros(len(sizes), int))
+        more = np.zeros((len(setup.loop.limits), len(sizes)))
+        more[setup.axis] = sizes
+        machines = standing(some, setup.scenario, setup.loop, {name: more})
+        yield _Change(name, words, sizes, 0.0, machines)
