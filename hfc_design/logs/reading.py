@@ -14,7 +14,8 @@ from hfc_design.logs.columns import (
     check_log,
     longest,
 )
-from hfc_design.logs.mat import mat_log
+from hfc_design.logs.foreign import library_log
+from hfc_design.logs.scopes import TWINCAT, sinumerik_log, twincat_log
 from hfc_design.logs.texts import UNNAMED, text_log
 
 
@@ -24,11 +25,21 @@ def read_log(path: str | Path) -> Log:
     Raises:
         UserError: the file cannot be read, or is not a log; the message says why, and where.
     """
+    suffix = Path(path).suffix.lower()
     with as_user_error(path):
+        if advice := NOT_READ.get(suffix):
+            raise ValueError(f"files {suffix} are not read; {advice}")
         data = content(path, LARGEST_LOG)
-        if reader := ARRAYS.get(Path(path).suffix.lower()):
-            return check_log(reader(data))
-        return check_log(text_log(decoded(data, "utf-8-sig")))
+        if suffix in (".npy", ".npz"):
+            return check_log(numpy_log(data))
+        if kind := KINDS.get(suffix):
+            return check_log(library_log(kind, data))
+        text = decoded(data, "utf-8-sig")
+        if text.lstrip().startswith("<"):
+            return check_log(sinumerik_log(text))
+        if scope := TWINCAT.match(text):
+            return check_log(twincat_log(text, scope[1]))
+        return check_log(text_log(text))
 
 
 def numpy_log(data: bytes) -> Log:
@@ -64,5 +75,9 @@ def _parts(array: np.ndarray) -> archive.Arrays:
     return {UNNAMED.format(k + 1): table[:, k] for k in range(table.shape[1])}
 
 
-#: Suffixes of files that are not text.
-ARRAYS = {".mat": mat_log, ".npy": numpy_log, ".npz": numpy_log}
+#: Suffixes of files that libraries read.
+KINDS = {".mat": "MAT", ".mf4": "MDF", ".mdf": "MDF", ".tdms": "TDMS"}
+KINDS |= dict.fromkeys((".h5", ".hdf5"), "HDF5")
+#: Suffixes of files of which only the maker's program makes a table -> what to do in it.
+NOT_READ = dict.fromkeys((".svd", ".svdx", ".svb", ".svbx"), "in TwinCAT's Scope, export to CSV")
+NOT_READ |= dict.fromkeys((".ttrec", ".ttrecx"), "in the TIA Portal, export the measurement as *.csv")
