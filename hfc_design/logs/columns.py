@@ -16,15 +16,13 @@ from plants import Drive, in_a_name
 LARGEST_LOG = 512
 #: Largest count of numbers in all arrays together, and of columns in a table.
 MOST_NUMBERS, MOST_COLUMNS = 30_000_000, 1000
-#: Largest size of an unpacked file [bytes].
-MOST_BYTES = 8 * MOST_NUMBERS
 #: Smallest number of samples that allows an identification.
 FEWEST = 20
 #: A user's ``NAME=COLUMN``, with or without the unit of the column and the number at which it wraps
 #: around: ``position=qm [m]``, ``position=count [5 um] mod 65536``.
 MAPPED = re.compile(
     r"\s*(?P<name>\w{1,64})\s*=\s*(?P<column>.+?)\s*(\[(?P<unit>[^\[\]]{1,40})\])?"
-    r"(\s+mod\s+(?P<modulus>[0-9.eE+]{1,20}))?\s*"
+    r"(\s+mod\s+(?P<modulus>[-+.0-9eE]{1,20}))?\s*"
 )
 #: A column whose own name contains the unit: ``x [mm]``, ``x (mm)``.
 TOLD = re.compile(r"(?P<name>.+?)\s*[\[(](?P<unit>[^\[\]()]{1,40})[\])]")
@@ -97,8 +95,10 @@ def parse_columns(texts: Iterable[str], drive: Drive) -> list[Column]:
     for text in texts:
         if not (said := MAPPED.fullmatch(text)):
             raise ValueError(f"{text[:60]!r}: must be NAME=COLUMN, as in 'position=qm [m]'")
-        modulus = said["modulus"] and number_of(said["modulus"])
-        one = Column(said["name"], said["column"], said["unit"], modulus or None)
+        modulus = number_of(said["modulus"]) if said["modulus"] else None
+        if modulus is not None and modulus <= 0:
+            raise ValueError(f"{said['name']}: mod must be above 0 (got {modulus:g})")
+        one = Column(said["name"], said["column"], said["unit"], modulus)
         if other := columns.get(one.name):
             both = f"{other.column[:60]!r} and {one.column[:60]!r}"
             raise ValueError(f"{one.name}: must be one column (got {both})")
@@ -193,13 +193,8 @@ def parts_of(column: str) -> list[tuple[str, str]]:
     return [("_".join(words[:k]), "_".join(words[k:])) for k in range(1, len(words))]
 
 
-def has_column(one: Column, log: Log) -> bool:
-    """Return whether a log has the assigned column."""
-    return len(_named_like(one.column, log)) == 1
-
-
-def _named_like(name: str, log: Log) -> list[str]:
-    """Return the columns with a name: exactly, else in any case, else without the unit."""
+def named_like(name: str, log: Log) -> list[str]:
+    """Return the columns of a log with a name: exactly, else in any case, else without a unit."""
     wanted, named = name.casefold(), {x: TOLD.fullmatch(x) for x in log.columns}
     return (
         [x for x in log.columns if x == name]
@@ -215,7 +210,7 @@ def find_column(one: Column, log: Log, drive: Drive) -> Column:
         ValueError: there is no such column, or its unit is %, which needs a value from the user.
     """
     unit = units_of(drive)[one.name]
-    if len(found := _named_like(one.column, log)) != 1:
+    if len(found := named_like(one.column, log)) != 1:
         raise ValueError(f"unknown column {one.column[:60]!r}; {listed_columns(log)}")
     one = one._replace(column=found[0])
     if one.unit is not None:
@@ -298,13 +293,3 @@ def _unit_after(column: str, names: Collection[str], unit: str, drive: Drive) ->
     if TOLD.fullmatch(column):
         return ends[0] if ends else None
     return next(filter(None, (unit_of(end, unit, drive) for end in ends)), None)
-
-
-def longest(vectors: Mapping[str, np.ndarray]) -> dict[str, Floats]:
-    """Return the longest vectors as columns; ValueError: they have too many numbers."""
-    most = max((vector.size for vector in vectors.values()), default=0)
-    columns = {name: vector for name, vector in vectors.items() if vector.size == most}
-    if most * len(columns) > MOST_NUMBERS:
-        raise ValueError(f"it has more than {MOST_NUMBERS} numbers")
-    with np.errstate(all="ignore"):  # ``check_log`` reports what is not a number
-        return {name: np.asarray(vector, float).ravel() for name, vector in columns.items()}

@@ -1,7 +1,7 @@
-"""Channels of files that libraries read: a program, ``libraries.py KIND MOST``, for one file.
+"""Channels of files that libraries read: a program, ``libraries.py KIND MOST WIDEST``, for a file.
 
 A damaged or forged file may end the process of such a library, keep it busy for ever or make it
-take all memory. So ``foreign.py`` starts this program for each file, with the file on stdin. It
+take all memory. So ``reading.py`` starts this program for each file, with the file on stdin. It
 writes a line of JSON and the numbers of the channels, and imports nothing of this package.
 """
 
@@ -22,6 +22,8 @@ MEMORY = 4 * 10**9
 PLAIN, PLAIN_3 = {0, 1, 2, 4, 5, 6}, {0, 1, 2, 6, 7, 8, 9, 65535}
 #: Attributes of a data set of HDF5 that have its unit.
 UNITS = ("unit", "units", "Unit", "Units")
+#: Most columns of a matrix that is a table of signals.
+WIDEST = 16
 
 
 class Channel(NamedTuple):
@@ -67,6 +69,23 @@ def mdf(file: BytesIO, most: int) -> Iterator[Channel]:
             yield Channel(str(k), one.name, f"{one.name}.{j}", one.unit, values[: len(times)])
 
 
+def numpy(file: BytesIO, most: int) -> Iterator[Channel]:
+    """Yield the arrays of a file .npz, or the columns of one .npy; those of a record have names."""
+    loaded = np.load(file, allow_pickle=False)
+    if isinstance(loaded, np.ndarray) and loaded.dtype.names:
+        loaded = {name: loaded[name] for name in loaded.dtype.names}
+    elif isinstance(loaded, np.ndarray):
+        rows = loaded.reshape(-1, 1) if loaded.ndim == 1 else loaded
+        if rows.ndim != 2:
+            raise ValueError(f"its array must have rows and columns (got {rows.shape[:4]})")
+        loaded = {f"column_{k}": column for k, column in enumerate(rows.T, 1)}
+    else:
+        _check(most, (member.file_size // 8 for member in loaded.zip.infolist()))
+    for name in loaded:
+        values = np.asarray(loaded[name])
+        yield Channel(str(values.size), name, name, "", values)
+
+
 def tdms(file: BytesIO, most: int) -> Iterator[Channel]:
     """Yield the channels of a TDMS file of NI; times since the first one in place of dates."""
     from nptdms import TdmsFile
@@ -110,17 +129,15 @@ def hdf5(file: BytesIO, most: int) -> Iterator[Channel]:
 
 
 def _split(values: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the columns of a matrix by numbered ends of their names, or a vector with the end ""."""
-    shape = [size for size in values.shape if size != 1]
-    if len(shape) != 2 or values.dtype.kind not in "fiub":
+    """Return columns of a table of signals by numbered ends of their names, else all by ""."""
+    table = values.reshape([size for size in values.shape if size != 1])
+    if table.ndim != 2 or table.dtype.kind not in "fiub" or min(table.shape) > WIDEST:
         return {"": values}
-    table = values.reshape(shape)
-    table = table if shape[0] >= shape[1] else table.T
-    return {f"_{k + 1}": column for k, column in enumerate(table.T)}
+    return {f"_{k}": x for k, x in enumerate(table if len(table) <= WIDEST else table.T, 1)}
 
 
 def mat(file: BytesIO, most: int) -> Iterator[Channel]:
-    """Yield the vectors of a MAT file (not of 7.3), also those in structs, by their lengths."""
+    """Yield vectors and columns of a MAT file (not of 7.3), also of its structs, by their lengths."""
     from scipy.io import loadmat, whosmat
 
     with suppress(TypeError):  # SciPy cannot tell the size of an object
@@ -132,59 +149,57 @@ def mat(file: BytesIO, most: int) -> Iterator[Channel]:
 
 def _of_value(name: str, path: str, value: Any) -> Iterator[Channel]:
     """Yield the vectors in a value: named as in structs of Simulink, else by dotted names."""
-    if type(value).__name__ == "MatlabOpaque":
-        own, _, kind = (x.decode() for x in value.reshape(-1)[0].tolist()[:3])
-        yield Channel("", own, own, f"an object of class {kind[:40]}", None)
-    elif isinstance(value, list) and value and all(isinstance(x, dict) for x in value):
-        for k, one in enumerate(value, 1):
-            yield from _of_value(f"{name}({k})", f"{path}({k})", one)
-    elif not isinstance(value, dict):
-        what = {"U": "a text", "O": "a cell array", "c": "complex"}
+    if isinstance(value, list) and value and all(isinstance(x, dict) for x in value):
+        value = {f"({k})": one for k, one in enumerate(value, 1)}
+    if not isinstance(value, dict):
         array = np.zeros(0, "O") if isinstance(value, list) else np.asarray(value)
-        other = what.get(array.dtype.kind, "no vector")
-        yield Channel(str(array.size), name, path, other if other in what.values() else "", array)
-    elif {"time", "signals"} <= value.keys():  # structure with time
-        yield from _of_value("time", f"{path}.time", value["time"])
-        signals = value["signals"]
+        what = {"U": "a text", "O": "a cell array", "c": "complex"}.get(array.dtype.kind, "")
+        if type(value).__name__ == "MatlabOpaque":
+            name, _, kind = (x.decode() for x in value.reshape(-1)[0].tolist()[:3])
+            what = f"an object of class {kind[:40]}"
+        for end, part in _split(array).items():
+            yield Channel(str(part.size), name + end, path + end, what, part)
+        return
+    parts = {f"{name}{'.' * (field[0] != '(')}{field}": one for field, one in value.items()}
+    if {"time", "signals"} <= value.keys():  # structure with time
+        parts, signals = {"time": value["time"]}, value["signals"]
         for k, one in enumerate(signals if isinstance(signals, list) else [signals], 1):
-            label = str(one.get("label", "")) if isinstance(one.get("label"), str) else ""
-            own = f"{path}.signals({k})"
-            for end, part in _split(np.asarray(one["values"])).items():
-                yield from _of_value((label.strip() or own) + end, own + end, part)
+            label = one.get("label")
+            label = label.strip() if isinstance(label, str) else ""
+            parts[label or f"{name}.signals({k})"] = one["values"]
     elif {"Time", "Data"} <= value.keys():  # a timeseries as a struct
-        yield from _of_value("time", f"{path}.Time", value["Time"])
-        for end, part in _split(np.asarray(value["Data"])).items():
-            yield from _of_value(name + end, path + end, part)
-    else:
-        for field, one in value.items():
-            yield from _of_value(f"{name}.{field}", f"{path}.{field}", one)
+        parts = {"time": value["Time"], name: value["Data"]}
+    for own, one in parts.items():
+        yield from _of_value(own, f"{path}.{own.removeprefix(f'{path}.')}", one)
 
 
-def _check(most: int, sizes: Iterable[int]) -> None:
-    """Check the number of numbers that a file declares, before memory is reserved for them."""
+def _check(most: int, sizes: Iterable[int], what: str = "numbers") -> None:
+    """Check what a file declares, before memory is reserved for it."""
     if sum(sizes) > most:
-        raise ValueError(f"it has more than {most} numbers")
+        raise ValueError(f"it has more than {most} {what}")
 
 
-def main(kind: str, most: str) -> None:
+def main(kind: str, most: str, widest: str) -> None:
     """Write the channels of the file on stdin, or the reason why they cannot be read."""
     out, sys.stdout = sys.stdout.buffer, sys.stderr  # libraries may print
-    parts = list[np.ndarray]()
+    parts, count = list[np.ndarray](), 0
     head: dict[str, Any] = {"channels": [], "others": []}
     try:
         with suppress(ImportError):  # Windows has no such limits
             import resource
 
             resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-        reader = {"MDF": mdf, "TDMS": tdms, "HDF5": hdf5, "MAT": mat}[kind]
+        reader = {"NumPy": numpy, "MDF": mdf, "TDMS": tdms, "HDF5": hdf5, "MAT": mat}[kind]
         for one in reader(BytesIO(sys.stdin.buffer.read()), int(most)):
             values = one.values
             if values is None or values.dtype.kind not in "fiub":
                 head["others"].append([one.name, one.unit])
             elif 1 < values.size == max(values.shape):  # a scalar is a setting, not a signal
+                count += values.size
+                _check(int(most), [count])
                 parts.append(np.asarray(values, np.float64).ravel())
                 head["channels"].append([*one[:4], one.sample_time, values.size])
-        _check(int(most), map(len, parts))
+        _check(int(widest), [len(parts)], "signals")
     except Exception as error:  # a library may raise anything
         much = f"it needs more than {MEMORY / 1e9:g} GB" if isinstance(error, MemoryError) else ""
         head, parts = {"error": much or str(error) or type(error).__name__}, []

@@ -29,16 +29,15 @@ SCALES = {"Offset": 0, "ScaleFactor": 1, "Unit Offset": 0, "Unit ScaleFactor": 1
 def twincat_log(text: str, separator: str) -> Log:
     """Return a log of TwinCAT's Scope; ValueError: it has no times, or a line is wrong."""
     lines = [(k, x) for k, x in enumerate(text.splitlines(), 1) if x.strip() not in ("", "EOF")]
-    cells = ((k, x.partition(separator)[0].replace(",", ".")) for k, (_, x) in enumerate(lines))
-    begin = next((k for k, x in cells if number_or_none(x) is not None), len(lines))
+    first = (x.partition(separator)[0].replace(",", ".") for _, x in lines)
+    begin = next((k for k, x in enumerate(first) if number_or_none(x) is not None), len(lines))
     head = [[x.strip() for x in line.split(separator)] for _, line in lines[2:begin]]
     keys = {row[0]: row for row in head}
-    names = keys.get("Name", [""])
+    names, rows = keys.get("Name", [""]), lines[begin:]
     while len(names) > 1 and not names[-1]:
         names.pop()
-    if names[0] != "Name" or begin == len(lines):
+    if names[0] != "Name" or not rows:
         raise ValueError("must have channels and their times: export it from Scope with timelines")
-    rows = lines[begin:]
     if len(names) > MOST_COLUMNS or len(rows) * len(names) > MOST_NUMBERS:
         raise ValueError(f"must have at most {MOST_COLUMNS} columns and {MOST_NUMBERS} numbers")
     table = np.full((len(rows), len(names)), np.nan)
@@ -51,9 +50,14 @@ def twincat_log(text: str, separator: str) -> Log:
                 "from Scope with timelines, and with tabs or semicolons between columns"
             )
         row[: len(numbers)] = numbers[: len(names)]
+    return _channels(names, keys, table)
+
+
+def _channels(names: list[str], keys: dict[str, list[str]], table: Floats) -> Log:
+    """Return the log in a table: a column of times, ``Name``, is for the channels after it."""
     groups, scaled = dict[bytes, dict[str, Floats]](), list[str]()
     for k, name in enumerate(names):
-        if name in ("Name", ""):  # a column of times, for the channels after it
+        if name in ("Name", ""):
             recorded = np.isfinite(table[:, k])
             times = table[recorded, k]
             full = abs(times[0]) > 1e15  # counted from the year 1601
@@ -81,32 +85,38 @@ def sinumerik_log(text: str) -> Log:
             if element.tag == "dataSignal" and not numbers:
                 signals[told["id"]] = dict(told)
             elif element.tag == "rec":
-                numbers.extend(
-                    number_of(told[x]) if x in told else np.nan for x in ("time", *signals)
-                )
+                row = (number_of(told[x]) if x in told else np.nan for x in ("time", *signals))
+                numbers.extend(row)
                 element.clear()
             if element.tag == "dataFrame":
                 break
             if len(numbers) > MOST_NUMBERS or len(signals) > MOST_COLUMNS:
                 raise ValueError(f"more than {MOST_COLUMNS} signals or {MOST_NUMBERS} numbers")
-        times, *values = np.array(numbers).reshape(-1, 1 + len(signals)).T
-        return joined(_traced(signals, times, values))
-    except (ElementTree.ParseError, KeyError, ValueError, IndexError) as error:
+        if not (signals and numbers):
+            raise ValueError("no dataFrame with records")
+        return joined(_traced(signals, np.array(numbers).reshape(-1, 1 + len(signals))))
+    except (ElementTree.ParseError, KeyError, ValueError) as error:
         raise ValueError(f"is XML, but not a readable trace of SINUMERIK: {error}") from None
 
 
-def _traced(signals: dict[str, dict[str, str]], times: Floats, values: list[Floats]) -> list[Log]:
+def _traced(signals: dict[str, dict[str, str]], table: Floats) -> list[Log]:
     """Return the groups of signals that begin together and have one interval."""
     called = {x: re.sub(r"\s*\(\d+ bit\)", "", told["description"]) for x, told in signals.items()}
     twice, groups = Counter(called.values()), defaultdict[tuple, dict[str, Floats]](dict)
-    for (x, told), value in zip(signals.items(), values, strict=True):
-        known = np.isfinite(value)
-        step, first = float(told["interval"]), times[known][0]
-        count = int((times[-1] - first) / step + 0.01) + 1
-        if not 0 < count * len(signals) <= MOST_NUMBERS:
-            raise ValueError(f"the interval {step:g} s has more than {MOST_NUMBERS} numbers")
-        last = np.searchsorted(times[known], first + (np.arange(count) + 0.5) * step) - 1
+    for (x, told), values in zip(signals.items(), table.T[1:], strict=True):
+        written = np.isfinite(values)
+        times, step = table[written, 0], number_of(told["interval"])
+        if step <= 0 or (np.diff(times) <= 0).any():
+            raise ValueError(f"the interval must be above 0 and times must rise (got {step:g} s)")
+        if not len(times):
+            continue
+        steps = (table[-1, 0] - times[0]) / step
+        if steps * len(signals) > MOST_NUMBERS:
+            raise ValueError(f"more than {MOST_NUMBERS} numbers at an interval of {step:g} s")
+        middles = times[0] + (np.arange(int(steps + 0.01) + 1) + 0.5) * step
         own = re.sub(r"[][,]", "", told["name"].rpartition("/")[2])
         name = called[x] if twice[called[x]] == 1 else f"{called[x]} {own}"
-        groups[step, first][harmless(name[:100])] = value[known][last]
+        if harmless(name[:100]) in (group := groups[step, times[0]]):
+            raise ValueError(f"signals must have different names (got {name[:60]!r} twice)")
+        group[harmless(name[:100])] = values[written][np.searchsorted(times, middles) - 1]
     return [Log(own, step, format="SINUMERIK") for (step, _), own in groups.items()]

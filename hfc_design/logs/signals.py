@@ -15,8 +15,8 @@ from hfc_design.logs.columns import (
     column_hint,
     columns_by_name,
     find_column,
-    has_column,
     missing_columns,
+    named_like,
     scale,
     units_of,
 )
@@ -121,7 +121,8 @@ def _with_most(log: Log, drive: Drive, chosen: Mapping[str, Column]) -> Log:
     known = list[set[str]]()
     for group in groups:
         by_name = columns_by_name(group, drive, [*chosen])
-        known.append({*by_name, *(x for x, one in chosen.items() if has_column(one, group))})
+        told = (x for x, one in chosen.items() if len(named_like(one.column, group)) == 1)
+        known.append({*by_name, *told})
     score = [(len(x & {position, "command"}), position in x, len(x)) for x in known]
     most = max(range(len(groups)), key=score.__getitem__)
     others = tuple(group for k, group in enumerate(groups) if k != most)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from wording import refused
 
-from hfc_design.logs import foreign
+from hfc_design.logs import reading
 from hfc_design.logs.columns import parse_columns
 from hfc_design.logs.reading import read_log
 from hfc_design.logs.signals import signals
@@ -153,7 +153,7 @@ def test_what_a_file_declares_is_no_more_than_it_has(tmp_path, monkeypatch):
             with refused() as found:
                 read_log(file)
             assert found.where == str(file)
-    monkeypatch.setattr(foreign, "LONGEST", 3)
+    monkeypatch.setattr(reading, "LONGEST", 3)
     group = content.index(b"##DG")
     file.write_bytes(content[: group + 24] + struct.pack("<Q", group) + content[group + 32 :])
     with refused() as found:
