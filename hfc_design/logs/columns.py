@@ -1,7 +1,7 @@
 """Columns of a recording by their names in the file, and their assignment to signals with units."""
 
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from math import inf
 from typing import NamedTuple
 
@@ -182,7 +182,8 @@ def listed_columns(log: Log) -> str:
     """Return a text that lists the columns of a log."""
     texts = f"; without numbers: {', '.join(log.texts)[:80]}" if log.texts else ""
     others = ", ".join(x for one in log.others for x in one.columns)[:80]
-    return f"available: {', '.join(log.columns)[:120]}{others and f'; at other times: {others}'}{texts}"
+    others = f"; at other times: {others}" if others else ""
+    return f"available: {', '.join(log.columns)[:120]}{others}{texts}"
 
 
 def parts_of(column: str) -> list[tuple[str, str]]:

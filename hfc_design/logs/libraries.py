@@ -23,13 +23,13 @@ PLAIN, PLAIN_3 = {0, 1, 2, 4, 5, 6}, {0, 1, 2, 6, 7, 8, 9, 65535}
 #: Attributes of a data set of HDF5 that have its unit.
 UNITS = ("unit", "units", "Unit", "Units")
 #: Most columns of a matrix that is a table of signals.
-WIDEST = 16
+WIDEST = 100
 
 
 class Channel(NamedTuple):
     """A channel of a file."""
 
-    group: str  # channels of a group have the same times
+    group: str  # channels of a group have the same times; their length where nothing tells them
     name: str
     path: str  # longer than the name, and distinct
     unit: str  # "": not known; if there are no values, what the channel is instead of numbers
@@ -72,18 +72,14 @@ def mdf(file: BytesIO, most: int) -> Iterator[Channel]:
 def numpy(file: BytesIO, most: int) -> Iterator[Channel]:
     """Yield the arrays of a file .npz, or the columns of one .npy; those of a record have names."""
     loaded = np.load(file, allow_pickle=False)
-    if isinstance(loaded, np.ndarray) and loaded.dtype.names:
-        loaded = {name: loaded[name] for name in loaded.dtype.names}
-    elif isinstance(loaded, np.ndarray):
-        rows = loaded.reshape(-1, 1) if loaded.ndim == 1 else loaded
-        if rows.ndim != 2:
-            raise ValueError(f"its array must have rows and columns (got {rows.shape[:4]})")
-        loaded = {f"column_{k}": column for k, column in enumerate(rows.T, 1)}
-    else:
+    if not isinstance(loaded, np.ndarray):
         _check(most, (member.file_size // 8 for member in loaded.zip.infolist()))
+    elif loaded.dtype.names:
+        loaded = {name: loaded[name] for name in loaded.dtype.names}
+    else:
+        loaded = {"column_1" if loaded.size == max(loaded.shape, default=0) else "column": loaded}
     for name in loaded:
-        values = np.asarray(loaded[name])
-        yield Channel(str(values.size), name, name, "", values)
+        yield from _of_value(name, name, loaded[name])
 
 
 def tdms(file: BytesIO, most: int) -> Iterator[Channel]:
@@ -104,7 +100,7 @@ def tdms(file: BytesIO, most: int) -> Iterator[Channel]:
 
 
 def hdf5(file: BytesIO, most: int) -> Iterator[Channel]:
-    """Yield vectors, columns of matrices and fields of tables of an HDF5 file, by their lengths.
+    """Yield vectors, columns of matrices and fields of tables of an HDF5 file.
 
     Data that are in other files, to which this one only refers, are not read.
     """
@@ -133,11 +129,12 @@ def _split(values: np.ndarray) -> dict[str, np.ndarray]:
     table = values.reshape([size for size in values.shape if size != 1])
     if table.ndim != 2 or table.dtype.kind not in "fiub" or min(table.shape) > WIDEST:
         return {"": values}
-    return {f"_{k}": x for k, x in enumerate(table if len(table) <= WIDEST else table.T, 1)}
+    columns = table if len(table) < table.shape[1] else table.T
+    return {f"_{k}": column for k, column in enumerate(columns, 1)}
 
 
-def mat(file: BytesIO, most: int) -> Iterator[Channel]:
-    """Yield vectors and columns of a MAT file (not of 7.3), also of its structs, by their lengths."""
+def mat(file: Any, most: int) -> Iterator[Channel]:
+    """Yield vectors and columns of a MAT file (not of 7.3), also those in structs."""
     from scipy.io import loadmat, whosmat
 
     with suppress(TypeError):  # SciPy cannot tell the size of an object

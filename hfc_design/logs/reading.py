@@ -6,10 +6,11 @@ import sys
 from collections import defaultdict
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats
+from hfc_design.core.numbers import Floats, Json
 from hfc_design.core.records import harmless
 from hfc_design.core.texts import as_user_error, content, decoded
 from hfc_design.logs.columns import (
@@ -75,16 +76,16 @@ def library_log(kind: str, data: bytes) -> Log:
     except subprocess.TimeoutExpired:
         raise ValueError(f"cannot be read: {package} takes more than {LONGEST} s") from None
     line, _, numbers = done.stdout.partition(b"\n")
-    head = json.loads(line) if done.returncode == 0 else {"error": "it is damaged"}
+    head: Json = json.loads(line) if done.returncode == 0 else {"error": "it is damaged"}
     if why := head.get("error"):
         raise ValueError(f"is not a readable {kind} file: {why[:200]}")
     if not head["channels"]:
         raise ValueError(_nothing(head["others"], kind))
-    others = tuple(harmless(name[:100]) for name, _ in head["others"])
-    return joined(_groups(head["channels"], np.frombuffer(numbers), Log({}, None, None, kind, others)))
+    empty = Log({}, None, None, kind, tuple(harmless(name[:100]) for name, _ in head["others"]))
+    return joined(_groups(head["channels"], np.frombuffer(numbers), empty))
 
 
-def _groups(channels: list[list], numbers: Floats, empty: Log) -> list[Log]:
+def _groups(channels: list[list[Any]], numbers: Floats, empty: Log) -> list[Log]:
     """Return the channels of each group as a log; names of several channels become paths."""
     groups = defaultdict[str, dict[str, dict[str, tuple[str, Floats]]]](dict)
     steps, begin = dict[str, float | None](), 0
@@ -108,6 +109,5 @@ def _nothing(others: list[list[str]], kind: str) -> str:
     has = "".join(f"; {name} is {what}" for name, what in others if what)[:120]
     made = next((name[:20] for name, what in others if what.startswith("an obj")), "")
     how = f"; save vectors: {made and f't = {made}.Time; y = {made}.Data; '}"
-    return f"must have a vector of numbers{has}" + kind.startswith("MAT") * (
-        f"{how}save('log.mat', 't', 'y', '-v7')"
-    )
+    how = f"{how}save('log.mat', 't', 'y', '-v7')" if kind == "MAT" else ""
+    return f"must have a vector of numbers{has}{how}"

@@ -72,8 +72,9 @@ def _channels(names: list[str], keys: dict[str, list[str]], table: Floats) -> Lo
         group[column] = table[recorded, k]
         if any(number_or_none(told.get(key, "")) not in (None, x) for key, x in SCALES.items()):
             scaled.append(name)
-    note = f"{', '.join(scaled)[:80]}: scaled in Scope, if its export scaled values: check the units"
-    return joined([Log(x, format="TwinCAT", notes=(note,) * bool(scaled)) for x in groups.values()])
+    note = f"{', '.join(scaled)[:80]}: scaled in Scope, if its export did so: check the units"
+    notes = (note,) if scaled else ()
+    return joined([Log(x, format="TwinCAT", notes=notes) for x in groups.values()])
 
 
 def sinumerik_log(text: str) -> Log:
@@ -102,7 +103,8 @@ def sinumerik_log(text: str) -> Log:
 def _traced(signals: dict[str, dict[str, str]], table: Floats) -> list[Log]:
     """Return the groups of signals that begin together and have one interval."""
     called = {x: re.sub(r"\s*\(\d+ bit\)", "", told["description"]) for x, told in signals.items()}
-    twice, groups = Counter(called.values()), defaultdict[tuple, dict[str, Floats]](dict)
+    twice = Counter(called.values())
+    groups = defaultdict[tuple[float, float], dict[str, Floats]](dict)
     for (x, told), values in zip(signals.items(), table.T[1:], strict=True):
         written = np.isfinite(values)
         times, step = table[written, 0], number_of(told["interval"])

@@ -137,7 +137,7 @@ def unwrap(
 
 
 def _turn(one: Column, drive: Drive) -> float | None:
-    """Return the distance at which a position wraps around, in the drive's unit; None: it cannot."""
+    """Return where a position wraps around, in the drive's unit; None: it does not."""
     if one.modulus:
         return abs(scale(one, drive)) * one.modulus
     try:

@@ -108,8 +108,9 @@ def signals(
             drive,
             resampled_log.sample_time * len(resampled_log.usable),
         )
-    notes = [*log.notes, *([f"{', '.join(taken)}; another unit: NAME=COLUMN [UNIT]"] if taken else [])]
-    resampled_log = resampled_log._replace(notes=[*notes, *resampled_log.notes, *turned], step=step)
+    notes = [f"{', '.join(taken)}; another unit: NAME=COLUMN [UNIT]"] if taken else []
+    notes = [*log.notes, *notes, *resampled_log.notes, *turned]
+    resampled_log = resampled_log._replace(notes=notes, step=step)
     return _trusted(resampled_log, drive)
 
 
@@ -173,7 +174,8 @@ def _trusted(log: EvenLog, drive: Drive) -> EvenLog:
     if jumps.max(initial=0.0) > 0.5 * np.ptp(right):
         raise ValueError(
             f"the {name} jumps by {jumps.max():.4g} {drive.units['error']} after "
-            f"{jumps.argmax() * every:.4g} s: if it wraps around at N, give {name}=COLUMN [UNIT] mod N"
+            f"{jumps.argmax() * every:.4g} s: if it wraps around at a number N of its column, give "
+            f"{name}=COLUMN [UNIT] mod N"
         )
     clipped = saturated(right)
     if clipped.any():

@@ -96,10 +96,8 @@ def test_hdf5_as_matlab_7_3_has_it_and_what_is_in_other_files(tmp_path):
     (tmp_path / "secret").write_bytes(bytes(range(100)))
     table = np.array([*zip(TIME, -TIME, strict=True)], [("t", "f8"), ("x", "f4")])
     with h5py.File(file, "w", userblock_size=512) as log:
-        for name, values, kind in (("out/speed", TIME[None], "double"), ("old/speed", -TIME[None], "double"),
-                                   ("name", np.zeros((400, 1), "u2"), "char")):  # fmt: skip
-            log[name] = values
-            log[name].attrs["MATLAB_class"] = np.bytes_(kind)
+        log["out/speed"], log["old/speed"], log["name"] = TIME[None], -TIME[None], np.zeros(9, "u2")
+        log["name"].attrs["MATLAB_class"] = np.bytes_("char")
         log["both"], log["table"], log["c"] = np.c_[SLOW, -SLOW], table, 1j * TIME
         log["again"] = h5py.SoftLink("/out")
         log["elsewhere"] = h5py.ExternalLink(str(file), "/out")
@@ -131,7 +129,7 @@ def test_a_cut_file_is_refused_in_a_line(tmp_path, ending, length):
     file = tmp_path / f"log.{ending}"
     {"mf4": written_mdf, "tdms": written_tdms, "h5": written_hdf5}[ending](file)
     file.write_bytes(file.read_bytes()[:length])
-    with pytest.raises(Exception, match="is not a readable|must have") as caught:
+    with pytest.raises(Exception, match=r"is not a readable|must have") as caught:
         read_log(file)
     assert "\n" not in str(caught.value)
 

@@ -67,7 +67,7 @@ def test_twincat_scope_with_sample_times_of_their_own(tmp_path, each, separator,
 
 
 def test_what_scope_cannot_tell_apart_is_refused(tmp_path):
-    """No times; blanks between columns, as in names; a word; a value that is missing; its own file."""
+    """No times; blanks between columns, as in names; a word; one name for two; its own file."""
     text = scope("")
     blank = text.replace("\tpos\t", "\tthe pos\t").replace("\t", " ")
     for wrong in (text.replace("Name\tpos", "x\tpos"), blank, text.replace("-41", "x"),
@@ -94,7 +94,7 @@ TRACE = """<?xml version="1.0" encoding="utf-8" ?>
 </traceData>
 </traceSession>
 """
-SIGNAL = '<dataSignal interval="{}" id="{}" description="{}" name="/Nck/!SD/{} [u1, 7]" unitsType="posn"/>'
+SIGNAL = '<dataSignal interval="{}" id="{}" description="{}" name="/Nck/!SD/{} [u1, 7]"/>'
 
 
 def test_sinumerik_leaves_out_what_has_not_changed(tmp_path):

@@ -180,7 +180,8 @@ def test_noise_where_an_angle_wraps_around_is_no_turn(begin):
     angle = begin + 40.0 * np.sin(20 * TIME) ** 3
     for wrapped in (turned(angle + noise, begin), turned(angle, begin) + noise):
         place, _ = moved("spindle_angle=p [deg]", p=wrapped)
-        np.testing.assert_allclose(place, np.radians(angle + noise - angle[0] - noise[0]), atol=1e-9)
+        trembles = angle + noise
+        np.testing.assert_allclose(place, np.radians(trembles - trembles[0]), atol=1e-9)
 
 
 def test_counts_wrap_at_a_turn_or_at_the_number_that_is_told():
