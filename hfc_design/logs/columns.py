@@ -52,11 +52,8 @@ def joined(logs: Sequence[Log]) -> Log:
 
 
 def check_log(log: Log) -> Log:
-    """Return the log itself; ValueError: it is too short, ragged, or not all values are numbers.
-
-    Of signals with different times, those that ``signals`` chooses are checked then.
-    """
-    if log.others:
+    """Return the log itself; ValueError: it is too short, ragged, or not all values are numbers."""
+    if log.others:  # ``signals`` checks those that it chooses
         return log
     if not log.columns:
         raise ValueError("must have a column of numbers")
@@ -96,8 +93,6 @@ def parse_columns(texts: Iterable[str], drive: Drive) -> list[Column]:
         if not (said := MAPPED.fullmatch(text)):
             raise ValueError(f"{text[:60]!r}: must be NAME=COLUMN, as in 'position=qm [m]'")
         modulus = number_of(said["modulus"]) if said["modulus"] else None
-        if modulus is not None and modulus <= 0:
-            raise ValueError(f"{said['name']}: mod must be above 0 (got {modulus:g})")
         one = Column(said["name"], said["column"], said["unit"], modulus)
         if other := columns.get(one.name):
             both = f"{other.column[:60]!r} and {one.column[:60]!r}"
@@ -105,6 +100,8 @@ def parse_columns(texts: Iterable[str], drive: Drive) -> list[Column]:
         if one.name not in units:
             known = ", ".join(units)
             raise ValueError(f"{one.name}: unknown signal of {drive.name}; available: {known}")
+        if modulus is not None and (modulus <= 0 or units[one.name] != drive.units["error"]):
+            raise ValueError(f"{one.name}: mod must be a number above 0, for a position")
         scale(one, drive)
         columns[one.name] = one
     return [*columns.values()]

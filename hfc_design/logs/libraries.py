@@ -17,9 +17,8 @@ import numpy as np
 
 #: Most memory of this process [bytes], where the system limits it.
 MEMORY = 4 * 10**9
-#: Conversions of raw numbers that are no formula of the file and refer to no other conversion, in
-#: MDF 4 (ASAM MDF 4.1, cc_type) and in MDF 3.
-PLAIN, PLAIN_3 = {0, 1, 2, 4, 5, 6}, {0, 1, 2, 6, 7, 8, 9, 65535}
+#: Conversions of raw numbers that in neither MDF 4 (cc_type) nor MDF 3 are formulas or texts.
+PLAIN = {0, 1, 2, 4, 5, 6, 9, 65535}
 #: Attributes of a data set of HDF5 that have its unit.
 UNITS = ("unit", "units", "Unit", "Units")
 #: Most columns of a matrix that is a table of signals.
@@ -45,28 +44,26 @@ def mdf(file: BytesIO, most: int) -> Iterator[Channel]:
         raise ValueError("it does not begin with MDF")
     log = MDF(file, process_bus_logging=False)
     _check(most, (len(one.channels) * one.channel_group.cycles_nr for one in log.groups))
-    plain = PLAIN if log.version >= "4" else PLAIN_3
     for k, group in enumerate(log.groups):
         master = log.masters_db.get(k, -1)
-        can = [getattr(one.conversion, "conversion_type", 0) in plain for one in group.channels]
-        timed = master < 0 or can[master]
-        read = [j for j, one in enumerate(can) if one and timed and j != master]
-        for j, one in enumerate(group.channels):
-            if j not in (*read, master):
-                yield Channel(str(k), one.name, one.name, "computed by a formula", None)
-        if not read:
-            continue
-        # ``select`` makes up what an incomplete file lacks; ``get``, which is slow, does not.
-        times = log.get(group=k, index=read[0], raw=True, ignore_invalidation_bits=True).timestamps
-        if master >= 0 and getattr(group.channels[master], "sync_type", 1) == 1:
-            yield Channel(str(k), "time", "time", "s", times)
+        can = [getattr(one.conversion, "conversion_type", 0) in PLAIN for one in group.channels]
+        read = [j for j, one in enumerate(can) if one and (master < 0 or can[master])]
+        read = [j for j in read if j != master]
+        if (
+            read
+        ):  # ``select`` makes up what an incomplete file lacks; ``get``, which is slow, does not
+            first = log.get(group=k, index=read[0], raw=True, ignore_invalidation_bits=True)
+            if master >= 0 and getattr(group.channels[master], "sync_type", 1) == 1:
+                yield Channel(str(k), "time", "time", "s", first.timestamps)
         chosen = [(None, k, j) for j in read]
         signals = log.select(chosen, copy_master=False, ignore_value2text_conversions=True)
         for j, one in zip(read, signals, strict=True):
-            values = one.samples
+            values = one.samples[: len(first.timestamps)]
             if one.invalidation_bits is not None and values.dtype.kind in "fiub":
-                values = np.where(one.invalidation_bits, np.nan, values)
-            yield Channel(str(k), one.name, f"{one.name}.{j}", one.unit, values[: len(times)])
+                values = np.where(one.invalidation_bits[: len(values)], np.nan, values)
+            yield Channel(str(k), one.name, f"{one.name}.{j}", one.unit, values)
+        for j in {*range(len(can))} - {*read, master}:
+            yield Channel("", group.channels[j].name, "", "computed by a formula", None)
 
 
 def numpy(file: BytesIO, most: int) -> Iterator[Channel]:
@@ -198,8 +195,9 @@ def main(kind: str, most: str, widest: str) -> None:
                 head["channels"].append([*one[:4], one.sample_time, values.size])
         _check(int(widest), [len(parts)], "signals")
     except Exception as error:  # a library may raise anything
-        much = f"it needs more than {MEMORY / 1e9:g} GB" if isinstance(error, MemoryError) else ""
-        head, parts = {"error": much or str(error) or type(error).__name__}, []
+        why = f"it needs more than {MEMORY / 1e9:g} GB" if isinstance(error, MemoryError) else ""
+        why = "it holds objects, which are not read" if "pickle" in str(error) else why
+        head, parts = {"error": why or str(error) or type(error).__name__}, []
     out.write(json.dumps(head).encode() + b"\n")
     for part in parts:
         out.write(part.tobytes())

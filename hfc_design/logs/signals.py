@@ -20,13 +20,7 @@ from hfc_design.logs.columns import (
     scale,
     units_of,
 )
-from hfc_design.logs.sensors import (
-    FILLED,
-    check_travel,
-    encoder_step,
-    unwrap,
-    without_outliers,
-)
+from hfc_design.logs.sensors import FILLED, check_travel, encoder_step, unwrap, without_outliers
 from plants import Drive
 
 #: Largest change of a signal that counts as constant, in any unit.
@@ -115,21 +109,19 @@ def signals(
 
 
 def _with_most(log: Log, drive: Drive, chosen: Mapping[str, Column]) -> Log:
-    """Return that of a log's groups of signals that has most of the needed ones, and a note."""
-    if not log.others:
-        return log
+    """Return that of a log's groups of signals that has most of the needed ones, with a note."""
     groups, position = [log._replace(others=()), *log.others], drive.seen[0]
-    known = list[set[str]]()
-    for group in groups:
-        by_name = columns_by_name(group, drive, [*chosen])
-        told = (x for x, one in chosen.items() if len(named_like(one.column, group)) == 1)
-        known.append({*by_name, *told})
-    score = [(len(x & {position, "command"}), position in x, len(x)) for x in known]
-    most = max(range(len(groups)), key=score.__getitem__)
-    others = tuple(group for k, group in enumerate(groups) if k != most)
+
+    def score(group: Log) -> tuple[int, bool, int]:
+        told = {x for x, one in chosen.items() if len(named_like(one.column, group)) == 1}
+        known = told | {*columns_by_name(group, drive, [*chosen])}
+        return len(known & {position, "command"}), position in known, len(known)
+
+    most = max(groups, key=score) if log.others else log
+    others = tuple(group for group in groups if log.others and group is not most)
     left = ", ".join(name for one in others for name in one.columns)[:120]
-    note = f"signals with other times are left out: {left}"
-    return groups[most]._replace(others=others, notes=(*groups[most].notes, note))
+    note = (f"signals with other times are left out: {left}",) if others else ()
+    return most._replace(others=others, notes=most.notes + note)
 
 
 def _apart(time: Floats | None, log: Log) -> Floats:
@@ -171,7 +163,7 @@ def _trusted(log: EvenLog, drive: Drive) -> EvenLog:
             f"{off:.3g} {drive.units['error']} off those before and after it"
         )
     jumps = np.abs(np.diff(right))
-    if jumps.max(initial=0.0) > 0.5 * np.ptp(right):
+    if jumps.max(initial=0.0) > max(0.5 * np.ptp(right), 1.5 * (log.step or 0.0)):
         raise ValueError(
             f"the {name} jumps by {jumps.max():.4g} {drive.units['error']} after "
             f"{jumps.argmax() * every:.4g} s: if it wraps around at a number N of its column, give "

@@ -200,6 +200,9 @@ def test_counts_wrap_at_a_turn_or_at_the_number_that_is_told():
         with refused(ValueError) as why:
             moved(f"spindle_angle=p {told}", p=p)
         assert "mod" in why.refusal
+    with refused(ValueError) as why:
+        moved("spindle_angle=p [deg]", "command=u [V] mod 7", p=angle, u=VOLTS)
+    assert why.where == "command"
 
 
 def test_a_reference_wraps_where_the_position_does_not_and_a_step_of_a_turn_is_none():
