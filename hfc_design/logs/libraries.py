@@ -179,7 +179,7 @@ def main(kind: str, most: str, widest: str) -> None:
     parts, count = list[np.ndarray](), 0
     head: dict[str, Any] = {"channels": [], "others": []}
     try:
-        with suppress(ImportError):  # Windows has no such limits
+        with suppress(ImportError, OSError, ValueError):  # Windows and macOS have no such limit
             import resource
 
             resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))

@@ -1,6 +1,7 @@
 """Selection of the reader of a log by its file; files that only libraries read."""
 
 import json
+import os
 import subprocess
 import sys
 from collections import defaultdict
@@ -71,7 +72,7 @@ def library_log(kind: str, data: bytes) -> Log:
     try:
         done = subprocess.run(
             command, input=data, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-            timeout=LONGEST, check=False,
+            timeout=LONGEST, check=False, env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
         )  # fmt: skip
     except subprocess.TimeoutExpired:
         raise ValueError(f"cannot be read: {package} takes more than {LONGEST} s") from None
