@@ -14,7 +14,8 @@ from hfc_design.cli.names import DESIGN, PLANT, SCENARIO
 from hfc_design.cli.usage import refusal
 
 COLUMN_HELP = (
-    "Column of a signal, and its unit, as in 'position=qm [m]'; can be given several times."
+    "Column of a signal, its unit and where it wraps around, as in 'position=qm [m]' or "
+    "'position=phi [deg] mod 720'; can be given several times."
 )
 FREE_HELP = (
     "Parameters to identify, as a,b=START [default: all except exact ones, zeros and --set]."

@@ -1,7 +1,7 @@
 """Named arrays in one file: an .npz of NumPy that ends with a digest of all bytes before it.
 
 The sizes in a file's headers are checked before they are used, so that no file takes more memory
-than its length (a compressed file: more than a given limit). No content is ever unpickled.
+than its length. No content is ever unpickled.
 """
 
 import ast
@@ -21,9 +21,6 @@ MOST_MEMBERS = 1000
 #: Types of NumPy that an array may have: bools, numbers of 64 bits or complex ones of 128, texts.
 CODES = "?bBhHiIlLqQefdFDSU"
 SUFFIX = ".npy"
-#: Allowed compression of members: none, as in files of ``packed``; also deflate, as NumPy has it.
-STORED = frozenset({zipfile.ZIP_STORED})
-DEFLATED = STORED | {zipfile.ZIP_DEFLATED}
 #: Version of an array's header -> its encoding; length of the longest header [bytes].
 VERSIONS, LONGEST = {b"\1\0": "latin-1", b"\2\0": "latin-1", b"\3\0": "utf-8"}, 10_000
 
@@ -50,19 +47,6 @@ def unpacked(content: bytes) -> Arrays:
     Raises:
         Exception: whatever ``zipfile`` and NumPy raise for other content, and ValueError.
     """
-    loaded = arrays(content, len(content), STORED)
-    for array in loaded.values():
-        if array.dtype.char not in CODES or not array.dtype.isnative:
-            raise ValueError(f"arrays of {str(array.dtype)[:60]} are not allowed")
-    return {name: array.copy(order="K") for name, array in loaded.items()}
-
-
-def arrays(content: bytes, largest: int, packing: frozenset[int]) -> Arrays:
-    """Return the arrays in an .npz file of any program, which unpacks to ``largest`` bytes at most.
-
-    Raises:
-        Exception: as in ``unpacked``.
-    """
     if content.count(b"PK\1\2") > MOST_MEMBERS:  # begins each entry in a zip file's directory
         raise ValueError(f"holds more than {MOST_MEMBERS} members")
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
@@ -70,19 +54,21 @@ def arrays(content: bytes, largest: int, packing: frozenset[int]) -> Arrays:
         if len({member.filename for member in members}) < len(members):
             raise ValueError("holds two members of one name")
         for member in members:
-            if member.compress_type not in packing or member.flag_bits & 1:
-                fault = "is encrypted, or compressed in a way that NumPy does not use"
-                raise ValueError(f"member {member.filename[:60]!r} {fault}")
+            if member.compress_type != zipfile.ZIP_STORED or member.flag_bits & 1:
+                raise ValueError(f"member {member.filename[:60]!r} is encrypted or compressed")
             if not member.filename.endswith(SUFFIX):
                 raise ValueError(f"member {member.filename[:60]!r} is not an array")
-        if sum(max(member.file_size, member.compress_size) for member in members) > largest:
-            raise ValueError(f"its members are larger than {largest / 1e6:.3g} MB")
+        if sum(max(member.file_size, member.compress_size) for member in members) > len(content):
+            raise ValueError("its members are larger than the file")
         loaded = {}
         for member in members:
             with archive.open(member) as stream:  # read() without a size would unpack everything
                 content = stream.read(member.file_size)
             loaded[member.filename.removesuffix(SUFFIX)] = array_of(content)
-        return loaded
+    for array in loaded.values():
+        if array.dtype.char not in CODES or not array.dtype.isnative:
+            raise ValueError(f"arrays of {str(array.dtype)[:60]} are not allowed")
+    return {name: array.copy(order="K") for name, array in loaded.items()}
 
 
 def array_of(content: bytes) -> np.ndarray:

@@ -1,13 +1,13 @@
 """Columns of a recording by their names in the file, and their assignment to signals with units."""
 
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from math import inf
 from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import LARGEST_NUMBER, Floats, Mask
+from hfc_design.core.numbers import LARGEST_NUMBER, Floats, Mask, number_of
 from hfc_design.core.quantities import number
 from hfc_design.core.records import either, option
 from plants import Drive, in_a_name
@@ -16,13 +16,13 @@ from plants import Drive, in_a_name
 LARGEST_LOG = 512
 #: Largest count of numbers in all arrays together, and of columns in a table.
 MOST_NUMBERS, MOST_COLUMNS = 30_000_000, 1000
-#: Largest size of an unpacked file [bytes].
-MOST_BYTES = 8 * MOST_NUMBERS
 #: Smallest number of samples that allows an identification.
 FEWEST = 20
-#: A user's ``NAME=COLUMN``, which may end with the unit of the column: ``position=qm [m]``.
+#: A user's ``NAME=COLUMN``, with or without the unit of the column and the number at which it wraps
+#: around: ``position=qm [m]``, ``position=count [5 um] mod 65536``.
 MAPPED = re.compile(
-    r"\s*(?P<name>\w{1,64})\s*=\s*(?P<column>.+?)\s*(\[(?P<unit>[^\[\]]{1,40})\])?\s*"
+    r"\s*(?P<name>\w{1,64})\s*=\s*(?P<column>.+?)\s*(\[(?P<unit>[^\[\]]{1,40})\])?"
+    r"(\s+mod\s+(?P<modulus>[-+.0-9eE]{1,20}))?\s*"
 )
 #: A column whose own name contains the unit: ``x [mm]``, ``x (mm)``.
 TOLD = re.compile(r"(?P<name>.+?)\s*[\[(](?P<unit>[^\[\]()]{1,40})[\])]")
@@ -36,6 +36,8 @@ class Log(NamedTuple):
     breaks: Mask | None = None  # (rows,) True if samples are missing before the row; None: nowhere
     format: str = "CSV"
     texts: tuple[str, ...] = ()  # names of columns that hold no numbers, and are left out
+    notes: tuple[str, ...] = ()  # for the user
+    others: tuple["Log", ...] = ()  # signals of the file that have other times
 
     @property
     def rows(self) -> int:
@@ -43,8 +45,16 @@ class Log(NamedTuple):
         return len(next(iter(self.columns.values())))
 
 
+def joined(logs: Sequence[Log]) -> Log:
+    """Return signals with different times as one log, without times that are too few."""
+    first, *others = [log for log in logs if log.rows >= FEWEST] or logs
+    return first._replace(others=tuple(others))
+
+
 def check_log(log: Log) -> Log:
     """Return the log itself; ValueError: it is too short, ragged, or not all values are numbers."""
+    if log.others:  # ``signals`` checks those that it chooses
+        return log
     if not log.columns:
         raise ValueError("must have a column of numbers")
     lengths = {name: len(column) for name, column in log.columns.items()}
@@ -68,6 +78,7 @@ class Column(NamedTuple):
     name: str  # of the signal
     column: str  # its name in the file
     unit: str | None = None  # as "mm", or one count as "5 um"; None: the drive's unit
+    modulus: float | None = None  # in this unit; None: a rotary position may wrap at a turn
 
 
 def parse_columns(texts: Iterable[str], drive: Drive) -> list[Column]:
@@ -81,13 +92,16 @@ def parse_columns(texts: Iterable[str], drive: Drive) -> list[Column]:
     for text in texts:
         if not (said := MAPPED.fullmatch(text)):
             raise ValueError(f"{text[:60]!r}: must be NAME=COLUMN, as in 'position=qm [m]'")
-        one = Column(said["name"], said["column"], said["unit"])
+        modulus = number_of(said["modulus"]) if said["modulus"] else None
+        one = Column(said["name"], said["column"], said["unit"], modulus)
         if other := columns.get(one.name):
             both = f"{other.column[:60]!r} and {one.column[:60]!r}"
             raise ValueError(f"{one.name}: must be one column (got {both})")
         if one.name not in units:
             known = ", ".join(units)
             raise ValueError(f"{one.name}: unknown signal of {drive.name}; available: {known}")
+        if modulus is not None and (modulus <= 0 or units[one.name] != drive.units["error"]):
+            raise ValueError(f"{one.name}: mod must be a number above 0, for a position")
         scale(one, drive)
         columns[one.name] = one
     return [*columns.values()]
@@ -164,7 +178,9 @@ def _with_unit(name: str, column: str, drive: Drive) -> str:
 def listed_columns(log: Log) -> str:
     """Return a text that lists the columns of a log."""
     texts = f"; without numbers: {', '.join(log.texts)[:80]}" if log.texts else ""
-    return f"available: {', '.join(log.columns)[:120]}{texts}"
+    others = ", ".join(x for one in log.others for x in one.columns)[:80]
+    others = f"; at other times: {others}" if others else ""
+    return f"available: {', '.join(log.columns)[:120]}{others}{texts}"
 
 
 def parts_of(column: str) -> list[tuple[str, str]]:
@@ -175,21 +191,26 @@ def parts_of(column: str) -> list[tuple[str, str]]:
     return [("_".join(words[:k]), "_".join(words[k:])) for k in range(1, len(words))]
 
 
+def named_like(name: str, log: Log) -> list[str]:
+    """Return the columns of a log with a name: exactly, else in any case, else without a unit."""
+    wanted, named = name.casefold(), {x: TOLD.fullmatch(x) for x in log.columns}
+    return (
+        [x for x in log.columns if x == name]
+        or [x for x in log.columns if x.casefold() == wanted]
+        or [x for x, parts in named.items() if parts and parts["name"].casefold() == wanted]
+    )
+
+
 def find_column(one: Column, log: Log, drive: Drive) -> Column:
     """Return an assignment as the log names the column, with the unit in its name if none is given.
 
     Raises:
         ValueError: there is no such column, or its unit is %, which needs a value from the user.
     """
-    wanted, unit = one.column.casefold(), units_of(drive)[one.name]
-    if one.column not in log.columns:
-        named = {x: TOLD.fullmatch(x) for x in log.columns}
-        whole = [x for x in log.columns if x.casefold() == wanted] or [
-            x for x, parts in named.items() if parts and parts["name"].casefold() == wanted
-        ]
-        if len(whole) != 1:
-            raise ValueError(f"unknown column {one.column[:60]!r}; {listed_columns(log)}")
-        one = one._replace(column=whole[0])
+    unit = units_of(drive)[one.name]
+    if len(found := named_like(one.column, log)) != 1:
+        raise ValueError(f"unknown column {one.column[:60]!r}; {listed_columns(log)}")
+    one = one._replace(column=found[0])
     if one.unit is not None:
         return one
     units = [end for _, end in parts_of(one.column)]
@@ -270,13 +291,3 @@ def _unit_after(column: str, names: Collection[str], unit: str, drive: Drive) ->
     if TOLD.fullmatch(column):
         return ends[0] if ends else None
     return next(filter(None, (unit_of(end, unit, drive) for end in ends)), None)
-
-
-def longest(vectors: Mapping[str, np.ndarray]) -> dict[str, Floats]:
-    """Return the longest vectors as columns; ValueError: they have too many numbers."""
-    most = max((vector.size for vector in vectors.values()), default=0)
-    columns = {name: vector for name, vector in vectors.items() if vector.size == most}
-    if most * len(columns) > MOST_NUMBERS:
-        raise ValueError(f"it has more than {MOST_NUMBERS} numbers")
-    with np.errstate(all="ignore"):  # ``check_log`` reports what is not a number
-        return {name: np.asarray(vector, float).ravel() for name, vector in columns.items()}

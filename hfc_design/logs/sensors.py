@@ -1,12 +1,12 @@
 """Properties of a sensor found in its signal: step, noise, wrong samples, turns, a wrong unit."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
-from hfc_design.core.numbers import SAME, SAME_SINGLE, Floats, Mask
+from hfc_design.core.numbers import SAME, Floats, Mask
 from hfc_design.core.quantities import number
-from hfc_design.logs.columns import Column, column_hint, converted
+from hfc_design.logs.columns import Column, column_hint, converted, scale
 from plants import Drive
 
 #: Largest multiple of the smallest difference that counts as one step; share of the values that
@@ -24,6 +24,8 @@ PLAUSIBLE = {"m": (1e-10, 1e3), "rad": (1e-10, 1e6)}
 #: A rotary position jumps back by a whole turn; between jumps it moves by no more than this
 #: share of a turn in a sample, since otherwise its direction is unknown.
 CLEAR = 0.25
+#: Most consecutive missing samples that are interpolated; at longer gaps the log is cut.
+FILLED = 5
 
 
 def encoder_step(values: Floats) -> float | None:
@@ -83,44 +85,65 @@ def noise_level(off: Floats, place: Floats, step: float | None) -> float | None:
     return float(f"{np.sqrt(left):.2g}") if left > least**2 else None
 
 
-def unwrap_turns(values: dict[str, Floats], places: Sequence[str], drive: Drive) -> list[str]:
-    """Unwrap rotary positions in ``values`` in place; return notes on them.
+def unwrap(
+    values: dict[str, Floats], places: Mapping[str, Column], drive: Drive, apart: Floats
+) -> list[str]:
+    """Continue positions that wrap around in ``values``, in place; return notes on them.
 
     Args:
         values: signals (rows,) by name, in the drive's units; they are changed.
-        places: names of the positions among these signals.
-        drive: drive of the signals; positions that are lengths are not rotary.
+        places: the positions among these signals, with the moduli that a user has given.
+        drive: drive of the signals; without a modulus, a position that is an angle wraps at a turn.
+        apart: (rows - 1,) samples from a row to the next; a short gap is crossed at constant speed.
 
     Raises:
-        ValueError: the position that is fed back jumps, but not by a whole turn.
+        ValueError: the position that is fed back jumps by no turn, or goes beyond its modulus.
     """
     seen, unit = drive.seen[0], drive.units["error"]
-    try:
-        turn = number("1 turn", unit)
-    except ValueError:
-        return []
-    notes, begun = list[str](), values.get(seen, np.zeros(1))[0]
+    notes, crossed = list[str](), (apart > 1) & (apart <= FILLED + 1)
     for name in sorted(places, key=seen.__ne__):  # first the one fed back, which cannot jump
-        jumps = np.diff(values[name])
-        round_ = np.abs(jumps) > 0.5 * turn
-        if np.ptp(values[name]) > turn * (1.0 + SAME_SINGLE) or not round_.any():
+        if not (turn := _turn(places[name], drive)):
             continue
-        turns = np.where(round_, -np.sign(jumps), 0.0)
-        if np.abs(jumps + turn * turns).max() > CLEAR * turn:
+        moves = np.diff(values[name])
+        if np.ptp(values[name]) > turn * (1.0 + CLEAR):  # it counts turns, or is no angle
+            if places[name].modulus:
+                raise ValueError(f"the {name} goes beyond its modulus, {turn:.6g} {unit}")
+            continue
+        before = np.append(0.0, moves - turn * np.round(moves / turn))[:-1]
+        likely = np.where(crossed, before * np.where(crossed, apart, 0.0), 0.0)
+        turns = np.round((likely - moves) / turn)
+        off = np.abs(moves + turn * turns - likely) * (apart <= FILLED + 1)
+        if not turns.any():
+            continue
+        if off.max() > CLEAR * turn:
             if name != seen:
                 continue
-            first = int(round_.argmax())
+            first = int((off > CLEAR * turn).argmax())
             raise ValueError(
-                f"the {name} jumps by {jumps[first]:.3g} {unit} after sample {first + 1}: "
+                f"the {name} jumps by {moves[first]:.3g} {unit} after sample {first + 1}: "
                 "is it a rotation beyond one turn, or a wrong sample?"
             )
-        if name != "reference" or notes:
-            values[name] = values[name] + turn * np.append([0.0], np.cumsum(turns))
-            jumped = f"{round_.sum()} jumps of a whole turn"
-            notes.append(f"{name} wraps around ({jumped}), and is unwrapped")
-    if notes and "reference" in values:
-        values["reference"] -= turn * np.round((values["reference"][0] - begun) / turn)
+        whole = values[name] + turn * np.append([0.0], np.cumsum(turns))
+        if name == "reference" and not notes:  # a step of a turn is none
+            lead = turn * np.round((whole - values[seen])[0] / turn)
+            if np.abs(whole - lead - values[seen]).max() > 0.5 * turn:
+                continue
+        values[name] = whole
+        jumps = f"{np.count_nonzero(turns)} jumps of {turn:.6g} {unit}"
+        notes.append(f"{name} wraps around ({jumps}), and is unwrapped")
+    if notes and "reference" in values and (turn := _turn(places["reference"], drive)):
+        values["reference"] -= turn * np.round((values["reference"][0] - values[seen][0]) / turn)
     return notes
+
+
+def _turn(one: Column, drive: Drive) -> float | None:
+    """Return where a position wraps around, in the drive's unit; None: it does not."""
+    if one.modulus:
+        return abs(scale(one, drive)) * one.modulus
+    try:
+        return number("1 turn", drive.units["error"])
+    except ValueError:
+        return None
 
 
 def check_travel(one: Column, values: Floats, drive: Drive, duration: float) -> None:

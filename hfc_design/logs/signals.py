@@ -11,14 +11,16 @@ from hfc_design.logs.columns import (
     FEWEST,
     Column,
     Log,
+    check_log,
     column_hint,
     columns_by_name,
     find_column,
     missing_columns,
+    named_like,
     scale,
     units_of,
 )
-from hfc_design.logs.sensors import check_travel, encoder_step, unwrap_turns, without_outliers
+from hfc_design.logs.sensors import FILLED, check_travel, encoder_step, unwrap, without_outliers
 from plants import Drive
 
 #: Largest change of a signal that counts as constant, in any unit.
@@ -29,8 +31,6 @@ TREMBLES = 0.7
 FASTEST, SLOWEST, MOST = 1e-7, 0.5, 100_000
 #: rms deviation of time stamps from even times above which they jitter, as a share of a sample.
 TREMBLE = 0.02
-#: Most consecutive missing samples that are interpolated; at longer gaps the log is cut.
-FILLED = 5
 #: Share of samples with repeated stamps above which the clock is coarser than the samples.
 SHARED = 0.1
 #: Signals that stay constant until the next sample.
@@ -61,10 +61,13 @@ def signals(
             ``position_mm`` or ``position [mm]``.
         sample_time: [s]; needed if neither the file nor a column of times contains it.
 
+    Of signals with different times, those are used that have most of the needed ones.
+
     Raises:
         ValueError: a column is missing, has another kind of unit, or does not move plausibly.
     """
     chosen, units = {one.name: one for one in columns}, units_of(drive)
+    log = check_log(_with_most(log, drive, chosen))
     named = columns_by_name(log, drive, [*chosen])
     known = chosen | named
     timed = {"time"} if log.sample_time or sample_time else set()
@@ -80,7 +83,7 @@ def signals(
         values[name] = scale(column, drive) * log.columns[column.column]
         if units[name] == drive.units["error"]:
             places[name] = column._replace(unit=unit)
-    turned = unwrap_turns(values, [*places], drive)
+    turned = unwrap(values, places, drive, _apart(values.get("time"), log))
     _check(values, drive)
     step = encoder_step(values[drive.seen[0]])
     resampled_log = resampled(
@@ -100,8 +103,33 @@ def signals(
             resampled_log.sample_time * len(resampled_log.usable),
         )
     notes = [f"{', '.join(taken)}; another unit: NAME=COLUMN [UNIT]"] if taken else []
-    resampled_log = resampled_log._replace(notes=[*notes, *resampled_log.notes, *turned], step=step)
+    notes = [*log.notes, *notes, *resampled_log.notes, *turned]
+    resampled_log = resampled_log._replace(notes=notes, step=step)
     return _trusted(resampled_log, drive)
+
+
+def _with_most(log: Log, drive: Drive, chosen: Mapping[str, Column]) -> Log:
+    """Return that of a log's groups of signals that has most of the needed ones, with a note."""
+    groups, position = [log._replace(others=()), *log.others], drive.seen[0]
+
+    def score(group: Log) -> tuple[int, bool, int]:
+        told = {x for x, one in chosen.items() if len(named_like(one.column, group)) == 1}
+        known = told | {*columns_by_name(group, drive, [*chosen])}
+        return len(known & {position, "command"}), position in known, len(known)
+
+    most = max(groups, key=score) if log.others else log
+    others = tuple(group for group in groups if log.others and group is not most)
+    left = ", ".join(name for one in others for name in one.columns)[:120]
+    note = (f"signals with other times are left out: {left}",) if others else ()
+    return most._replace(others=others, notes=most.notes + note)
+
+
+def _apart(time: Floats | None, log: Log) -> Floats:
+    """Return the distance of each row to the next one, in samples; inf at a gap of unknown size."""
+    breaks = np.zeros(log.rows, bool) if log.breaks is None else log.breaks
+    distance = np.ones(log.rows - 1) if time is None else np.diff(time)
+    usual = np.median(distance[distance > 0]) if (distance > 0).any() else 1.0
+    return np.where(breaks[1:], np.inf, np.maximum(np.round(distance / usual), 1.0))
 
 
 def _check(values: Mapping[str, Floats], drive: Drive) -> None:
@@ -133,6 +161,13 @@ def _trusted(log: EvenLog, drive: Drive) -> EvenLog:
         notes.append(
             f"{wrong.sum()} wrong samples of {name} are left out: the one at {k * every:.4g} s is "
             f"{off:.3g} {drive.units['error']} off those before and after it"
+        )
+    jumps = np.abs(np.diff(right))
+    if jumps.max(initial=0.0) > max(0.5 * np.ptp(right), 1.5 * (log.step or 0.0)):
+        raise ValueError(
+            f"the {name} jumps by {jumps.max():.4g} {drive.units['error']} after "
+            f"{jumps.argmax() * every:.4g} s: if it wraps around at a number N of its column, give "
+            f"{name}=COLUMN [UNIT] mod N"
         )
     clipped = saturated(right)
     if clipped.any():

@@ -1,4 +1,4 @@
-"""Logs as text: CSV of any program, and the formats of halscope, halsampler and TwinCAT's Scope."""
+"""Logs as text: CSV of any program, and the formats of halscope and halsampler."""
 
 import csv
 import re
@@ -105,7 +105,7 @@ def _old_scope(rows: Rows, sample_time: float) -> Log:
         if len(words) % 2:
             raise ValueError(f"line {place}: must be names of channels, each with its value")
         for name, value in zip(words[::2], words[1::2], strict=True):
-            pairs.append((name, _at(place, value), place))
+            pairs.append((name, at_line(place, value), place))
     counts = Counter(name for name, _, _ in pairs)
     if not counts:
         raise ValueError("must have samples")
@@ -129,24 +129,19 @@ def _table(rows: Rows, separator: str | None) -> Log:
     """Return the log in a table with or without names; those of halsampler have no names."""
     lost = [place for place, line in rows if line.strip() == OVERRUN]
     rows = [(place, line) for place, line in rows if line.strip() != OVERRUN]
-    if rows and rows[-1][1].strip() == "EOF":  # the last line of TwinCAT's Scope
-        rows = rows[:-1]
     form = _form([line for _, line in rows], separator)
     whole = (k for k, (_, line) in enumerate(rows) if form.is_data(line))
     begin = next(whole, len(rows) // 2)
     head, data = rows[:begin], rows[begin:]
     if not head:
         form = form._replace(numeric=[*range(form.columns)])  # without names all are numbers
-    twincat = [form.cells(line)[0] for _, line in head[:2]] == ["Name", "File"]
-    names = _scope_names(head, form) if twincat else _names(head, form)
+    names = _names(head, form)
     table = _numbers(data, form, names)
     missing = None
     if lost:
         missing = np.zeros(len(table), bool)
         places = np.searchsorted([place for place, _ in data], lost)
         missing[[k for k in places if k < len(table)]] = True
-    if twincat:
-        form, table = _one_time(form, names, table)
     texts = tuple(name for k, name in enumerate(names) if k not in form.numeric and name)
     columns = _named([names[k] for k in form.numeric], table, form.numeric)
     plain = form.separator is None and not head
@@ -202,48 +197,18 @@ def _names(head: Rows, form: Form) -> list[str]:
         raise ValueError(f"line {place}: {wrong[:40]!r} must be a finite number")
     units = [x.strip("[]()") for x in above[0] if x not in NO_UNIT]
     if len(above) > 1 and 2 * sum(map(is_unit, units)) >= max(len(units), 1):
-        return [*map(_with_unit, above[1], above[0])]
+        return [*map(with_unit, above[1], above[0])]
     return above[0]
 
 
-def _with_unit(name: str, unit: str) -> str:
+def with_unit(name: str, unit: str) -> str:
     """Return ``name [unit]``, or the name alone if it contains the unit or there is no unit."""
     bare = unit.strip("[]()")
     known = unit in NO_UNIT or TOLD.fullmatch(name) or name.endswith(f"_{in_a_name(bare)}")
     return name if known else f"{name} [{bare}]"
 
 
-def _scope_names(head: Rows, form: Form) -> list[str]:
-    """Return the names in TwinCAT's line ``Name a Name b``; "" for a column of times (``Name``)."""
-    every = [form.cells(line) for _, line in head]
-    keys = {cells[0]: cells for cells in every if len(cells) >= form.columns}
-    if "Name" not in keys:
-        raise ValueError(f"line {head[0][0]}: Scope's file must have a line Name of channels")
-    units = keys.get("Unit", [""] * form.columns)
-    if "Name" not in keys["Name"][: form.columns]:
-        raise ValueError("must have a time: export it from Scope with timelines")
-    return [
-        "" if name == "Name" else _with_unit(name, unit if is_unit(unit) else "")
-        for name, unit in zip(keys["Name"][: form.columns], units, strict=False)
-    ]
-
-
-def _one_time(form: Form, names: list[str], table: Floats) -> tuple[Form, Floats]:
-    """Keep the first of TwinCAT's time columns, set its name in ``names``; all must be equal."""
-    times = [place for place, k in enumerate(form.numeric) if not names[k]]
-    if not times:
-        raise ValueError("must have a time: export it from Scope with timelines")
-    for other in times[1:]:
-        if (off := np.flatnonzero(table[:, other] != table[:, times[0]])).size:
-            why = f"its channels must have the same times (they differ from sample {off[0] + 1} on)"
-            raise ValueError(f"{why}; export those of one sample time from Scope")
-    full = abs(table[0, times[0]]) > 1e15  # counted from the year 1601
-    names[form.numeric[times[0]]] = "time [100 ns]" if full else "time [ms]"
-    columns = [k for k in range(len(form.numeric)) if k not in times[1:]]
-    return form._replace(numeric=[form.numeric[k] for k in columns]), table[:, columns]
-
-
-def _at(place: int, text: str) -> float:
+def at_line(place: int, text: str) -> float:
     """Return the number in a ``text`` of line ``place``; ValueError: it is not a number."""
     try:
         return number_of(text)
@@ -297,7 +262,7 @@ def _check(rows: Rows, form: Form, names: Sequence[str], damaged: bool) -> None:
             both = f"line {signs[',']}: has a comma in a number, line {signs['.']} a point"
             raise ValueError(f"{both}; all numbers must have the same decimal sign")
         for k in form.numeric if damaged else ():
-            _at(place, form.pointed(cells[k]))
+            at_line(place, form.pointed(cells[k]))
 
 
 def _named(

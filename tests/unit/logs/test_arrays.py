@@ -1,14 +1,12 @@
 """Arrays that NumPy and SciPy wrote, and what pretends to be such."""
 
-import zipfile
-
 import numpy as np
 import pytest
 from scipy.io import loadmat, savemat
 from wording import refused
 
 from hfc_design.core.records import UserError
-from hfc_design.logs import mat, reading
+from hfc_design.logs import reading
 from hfc_design.logs.reading import read_log
 
 TIME = np.arange(40) / 1000
@@ -34,8 +32,7 @@ def test_numpy_arrays_with_and_without_names(tmp_path):
 
 
 def test_what_unpacks_to_too_much_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(reading, "MOST_BYTES", 800)
-    monkeypatch.setattr(mat, "MOST_BYTES", 800)
+    monkeypatch.setattr(reading, "MOST_NUMBERS", 100)
     np.savez_compressed(tmp_path / "log.npz", x=np.zeros(1000))
     savemat(tmp_path / "log.mat", {"x": np.zeros(1000)}, do_compression=True)
     for name in ("log.npz", "log.mat"):
@@ -63,15 +60,9 @@ def test_damaged_files_are_refused_in_a_line(tmp_path, name, content):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("version", ["4", "7.3"])
-def test_a_file_of_another_matlab_is_refused(tmp_path, version):
-    file = tmp_path / "log.mat"
-    file.write_bytes(b"MATLAB 7.3 MAT-file, Platform")
-    if version == "4":
-        savemat(file, {"t": TIME, "x": -TIME}, format="4")
-    with refused() as found:
-        read_log(file)
-    assert found.where == str(file)
+def test_a_file_of_an_old_matlab(tmp_path):
+    savemat(tmp_path / "log.mat", {"t": TIME, "x": -TIME}, format="4")
+    np.testing.assert_array_equal(read_log(tmp_path / "log.mat").columns["x"], -TIME)
 
 
 @pytest.mark.parametrize("compressed", [True, False])
@@ -142,18 +133,12 @@ def test_numbers_whose_largest_byte_is_first(tmp_path):
 
 
 def test_what_is_no_list_of_columns_is_refused(tmp_path):
-    """A single row of a million columns, an array of three sizes, members of other programs."""
+    """An array of three sizes; a single row is a vector."""
     file = tmp_path / "log.npy"
-    for array in (np.zeros((1, 10**6)), np.zeros((2, 30, 2))):
-        np.save(file, array)
-        with refused() as found:
-            read_log(file)
-        assert found.where == str(file)
-    np.save(file, TIME)
-    np.testing.assert_array_equal(read_log(file).columns["column_1"], TIME)
-    for name, method in (("read.me", zipfile.ZIP_STORED), ("t.npy", zipfile.ZIP_BZIP2)):
-        with zipfile.ZipFile(tmp_path / "log.npz", "w", method) as packed:
-            packed.writestr(name, file.read_bytes())
-        with refused() as found:
-            read_log(tmp_path / "log.npz")
-        assert found.where == str(tmp_path / "log.npz")
+    np.save(file, np.zeros((2, 30, 2)))
+    with refused() as found:
+        read_log(file)
+    assert found.where == str(file)
+    for vector in (TIME, TIME[None]):
+        np.save(file, vector)
+        np.testing.assert_array_equal(read_log(file).columns["column_1"], TIME)

@@ -161,6 +161,84 @@ def test_what_goes_round_goes_on(unit, turn, begin):
         found(bad, names[0], drive=PLANTS["c-axis"])
 
 
+def turned(angle, begin=0.0, turn=360.0):
+    return (angle - begin) % turn + begin
+
+
+def moved(*told, drive="c-axis", **columns):
+    """The position of a log of an axis and its reference, each from its start."""
+    log = {"time": TIME, "command": VOLTS} | columns
+    one = found({x: y[np.isfinite(log["p"])] for x, y in log.items()}, *told, drive=PLANTS[drive])
+    place = one.values[PLANTS[drive].seen[0]]
+    return place - place[0], one
+
+
+@pytest.mark.parametrize("begin", [0.0, -180.0])
+def test_noise_where_an_angle_wraps_around_is_no_turn(begin):
+    """It trembles about the wrap, and a filter has moved it beyond the range by the same noise."""
+    noise = np.random.default_rng(2).normal(0.0, 0.05, TIME.shape)
+    angle = begin + 40.0 * np.sin(20 * TIME) ** 3
+    for wrapped in (turned(angle + noise, begin), turned(angle, begin) + noise):
+        place, _ = moved("spindle_angle=p [deg]", p=wrapped)
+        trembles = angle + noise
+        np.testing.assert_allclose(place, np.radians(trembles - trembles[0]), atol=1e-9)
+
+
+def test_counts_wrap_at_a_turn_or_at_the_number_that_is_told():
+    """17 bits of a turn; 16 bits of 0.5 um in a straight line; an angle that is shown to 720."""
+    angle = 3.0 * np.sin(8 * TIME)  # turns
+    place, _ = moved(f"spindle_angle=p [{2**-17} turn]", p=np.round(2**17 * angle) % 2**17)
+    np.testing.assert_allclose(place, 2 * np.pi * angle, atol=1e-4)
+    counts = np.round(40_000 * angle) % 2**16 - 2**15
+    place, one = moved("position=p [0.5 um] mod 65536", p=counts, drive="positioning-stage")
+    np.testing.assert_allclose(place, 20 * angle, atol=1e-3)
+    assert one.notes[-1].startswith("position wraps around (")
+    place, _ = moved("spindle_angle=p [-1 deg] mod 720", p=turned(-360 * angle, 0.0, 720.0))
+    np.testing.assert_allclose(place, 2 * np.pi * angle, atol=1e-9)
+    for told, p in (("[deg]", turned(360 * angle, 0.0, 720.0)), ("[deg] mod 90", 360 * angle),
+                    ("[deg] mod 0", angle), ("[deg] mod -90", angle)):  # fmt: skip
+        with refused(ValueError) as why:
+            moved(f"spindle_angle=p {told}", p=p)
+        assert "mod" in why.refusal
+    with refused(ValueError) as why:
+        moved("spindle_angle=p [deg]", "command=u [V] mod 7", p=angle, u=VOLTS)
+    assert why.where == "command"
+
+
+def test_a_reference_wraps_where_the_position_does_not_and_a_step_of_a_turn_is_none():
+    """It overtakes at 360 degrees a position that turns back just before; 1 mrad behind."""
+    angle = 359.0 - 300.0 * np.cos(8 * TIME) ** 2
+    ahead = angle + 2.0
+    told = ("spindle_angle=p [deg]", "reference=r [deg]")
+    _, one = moved(*told, p=angle, r=turned(ahead))
+    np.testing.assert_allclose(one.values["reference"], np.radians(ahead), atol=1e-9)
+    assert one.notes[-1].startswith("reference wraps around (")
+    counted = 360.0 * np.sin(8 * TIME)  # the position counts turns, which its reference does not
+    _, one = moved(*told, p=counted, r=turned(counted + 2.0))
+    np.testing.assert_allclose(one.values["reference"], np.radians(counted + 2.0), atol=1e-9)
+    step = 360.0 * (TIME > 0.05)
+    follows = 360.0 * np.clip((TIME - 0.05) / 0.2, 0.0, 1.0)
+    _, one = moved(*told, p=follows, r=step)
+    np.testing.assert_allclose(one.values["reference"], np.radians(step))
+    assert one.notes == []
+
+
+def test_an_angle_goes_round_while_samples_are_missing():
+    """At 0.2 turns in a sample, three are missing; then 50, during which it turns elsewhere."""
+    angle = 72.0 * np.arange(400) + 10.0 * np.sin(TIME)
+    place, one = moved(
+        "spindle_angle=p [deg]",
+        p=np.where(np.isin(np.arange(400), [100, 101, 102]), np.nan, turned(angle)),
+    )
+    np.testing.assert_allclose(place[103:], np.radians(angle - angle[0])[103:], atol=1e-9)
+    assert (~one.usable).sum() == 3
+    elsewhere = turned(angle + 170.0 * (TIME > 0.2))
+    place, one = moved(
+        "spindle_angle=p [deg]", p=np.where((TIME > 0.2) & (TIME < 0.25), np.nan, elsewhere)
+    )
+    np.testing.assert_allclose(place, np.radians(angle[:201] - angle[0]), atol=1e-9)
+
+
 def test_a_long_gap_cuts_the_log():
     kept = (TIME < 0.1) | (TIME > 0.15)
     one = found({"time_s": TIME[kept], "position": PLACE[kept], "command": VOLTS[kept]})

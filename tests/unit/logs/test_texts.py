@@ -130,39 +130,6 @@ def test_what_stands_around_the_numbers_is_no_number(tmp_path, form, encoding):
     assert log.texts == (("state",) if form == "state" else ())
 
 
-#: As TwinCAT 3 Scope's "Export to csv" is documented, and as files of it look: keys before each
-#: group of columns, times in ms, numbers as the system writes them.
-SCOPE = """Name\tScope Project\t
-File\tD:\\scope.csv\t
-Starttime of export\t133238090039920000\tMonday, 20. March 2023\t19:03:23.992
-Endtime of export\t133238090060450000\tMonday, 20. March 2023\t19:03:26.045
-
-Name\tpos{0}\tu
-SymbolComment\t{0}\t
-Data-Type\tREAL64{0}\tREAL64
-SampleTime[ms]\t1{0}\t1
-Port\t851{0}\t851
-ScaleFactor\t1{0}\t1
-Unit\tmm{0}\tNone
-
-"""
-
-
-@pytest.mark.parametrize("each", ["", "\tName"])
-def test_twincat_scope_with_a_time_for_all_or_each(tmp_path, each):
-    row = f"{{0}}\t{{1}}{each.replace('Name', '{0}')}\t-{{0}}"
-    rows = [row.format(k, k / 8).replace(".", ",") for k in range(30)]
-    text = SCOPE.format(each) + "\n".join([*rows, "EOF"])
-    log = log_of(tmp_path, text)
-    assert [*log.columns] == ["time [ms]", "pos [mm]", "u"]
-    np.testing.assert_array_equal([*log.columns.values()], np.outer([1, 1 / 8, -1], np.arange(30)))
-    for wrong in (text.replace("\n29", "\n30"), text.replace("Name\tpos", "x\tpos")):
-        if each or "x\tpos" in wrong:
-            with refused() as found:
-                log_of(tmp_path, wrong)
-            assert found.where.startswith(str(tmp_path / "log.csv"))
-
-
 GOOD = "t,x\n" + "".join(f"{k},{k * k}\n" for k in range(30))
 
 
