@@ -54,7 +54,7 @@ def busy(what: str) -> AbstractContextManager[object]:
         return nullcontext()
     # Rich must not redirect what is printed meanwhile, which may go to a pipe.
     no_redirect: dict[str, Any] = {"redirect_stdout": False, "redirect_stderr": False}
-    return Live(Spinner("dots", what), console=console, transient=True, **no_redirect)
+    return Live(Spinner("line", what), console=console, transient=True, **no_redirect)
 
 
 class Fitting(ProgressColumn):

@@ -12,7 +12,7 @@ from typing import Any
 
 import jax
 
-from hfc_design.core.numbers import FEWEST_DEVICES
+from hfc_design.core.numbers import FEWEST_DEVICES, cores
 from hfc_design.core.records import UserError
 
 _LOOPS = (
@@ -39,7 +39,7 @@ def configure() -> None:
     config: Any = jax.config
     config.update("jax_enable_x64", True)
     if (chosen := config.jax_num_cpu_devices) < FEWEST_DEVICES:  # -1: nobody has chosen yet
-        count = max(FEWEST_DEVICES, len(os.sched_getaffinity(0)) if chosen == -1 else chosen)
+        count = max(FEWEST_DEVICES, cores() if chosen == -1 else chosen)
         try:
             config.update("jax_num_cpu_devices", count)
         except RuntimeError:
