@@ -26,7 +26,7 @@ class Platform(NamedTuple):
 
     fmi3: str
     fmi2: str
-    target: str  # of the compiler zig; Linux: from this version of the GNU C library on
+    target: str  # of the compiler zig, with the oldest version of macOS or the GNU C library
     ending: str = ".so"
 
 
@@ -35,8 +35,8 @@ PLATFORMS = (
     LINUX,
     Platform("aarch64-linux", "aarch64-linux", "aarch64-linux-gnu.2.17"),
     Platform("x86_64-windows", "win64", "x86_64-windows-gnu", ".dll"),
-    Platform("x86_64-darwin", "darwin64", "x86_64-macos", ".dylib"),
-    Platform("aarch64-darwin", "aarch64-darwin", "aarch64-macos", ".dylib"),
+    Platform("x86_64-darwin", "darwin64", "x86_64-macos.11.0", ".dylib"),
+    Platform("aarch64-darwin", "aarch64-darwin", "aarch64-macos.11.0", ".dylib"),
 )
 
 

@@ -1,9 +1,9 @@
-"""A computer without what only Linux and macOS have: imported for ``HFC_BARE=1``, before the package.
+"""A computer without what Windows lacks: imported for ``HFC_BARE=1``, before the package.
 
-The package and experiments (``OURS``) cannot import the modules of ``MISSING`` nor see the names of
-``os`` that Windows lacks. No module but psutil can open a file in /proc. A file that this process
-has open can be neither renamed, replaced nor deleted. ``core.lock`` runs its code for Windows, on
-stand-ins for ``msvcrt`` and ``_winapi``. All other modules see the computer as it is.
+The package and the experiments (``OURS``) cannot import the modules of ``MISSING``, see the names
+``NOT_IN_OS``, open a file in /proc, nor rename, replace or delete a file that this process has
+open. ``core.lock`` runs its code for Windows, on stand-ins for ``msvcrt`` and ``_winapi``. Other
+packages see the computer as it is: on Windows they do without, too.
 """
 
 import builtins
@@ -21,7 +21,7 @@ NOT_IN_OS = {
     *("O_CLOEXEC", "O_DIRECTORY", "O_NOFOLLOW", "O_NONBLOCK", "fork", "getuid", "killpg"),
     *("mkfifo", "pread", "pwrite", "sched_getaffinity", "sched_setaffinity", "uname"),
 }
-#: Modules between ours and the call that renames or deletes a file.
+#: Modules between ours and the call that opens, renames or deletes a file.
 BETWEEN = ("contextlib", "pathlib", "pathlib._local", "shutil", "tempfile")
 
 
@@ -79,7 +79,7 @@ class _Winapi(ModuleType):
     shared: dict[int, int] = {}
 
     @classmethod
-    def CreateFile(cls, path, access, share, security, disposition, flags, template):  # noqa: N802
+    def CreateFile(cls, path, access, share, security, disposition, flags, template):
         """Open a file as the package does."""
         assert (access, share, flags) == (0xC0000000, 7, 0x200000)
         more = {1: os.O_CREAT | os.O_EXCL, 3: 0, 4: os.O_CREAT}[disposition]
@@ -105,16 +105,11 @@ def _imported(name, given=None, *others, **more):
     return _import(name, given, *others, **more)
 
 
-def _modules(frame: FrameType | None):
-    """Names of the modules from a call outwards."""
-    while frame is not None:
-        yield frame.f_globals.get("__name__", "")
+def _by_us(frame: FrameType | None):
+    """Whether one of our modules called, directly or through those of ``BETWEEN``."""
+    while frame is not None and frame.f_globals.get("__name__") in BETWEEN:
         frame = frame.f_back
-
-
-def _by_us(frame):
-    caller = next((name for name in _modules(frame) if name not in BETWEEN), "")
-    return caller.split(".")[0] in OURS
+    return frame is not None and frame.f_globals.get("__name__", "").split(".")[0] in OURS
 
 
 def _open_here(path, but=None):
@@ -139,18 +134,18 @@ def _audit(event, arguments):
         return
     _looking = True
     try:
-        frame = sys._getframe(1)
+        if not _by_us(sys._getframe(1)):
+            return
         path = arguments[0]
         if event in ("open", "os.listdir"):
-            text = os.fspath(path) if isinstance(path, str | Path) else ""
-            if text.startswith("/proc/") and not any("psutil" in x for x in _modules(frame)):
-                raise FileNotFoundError(2, "No such file or directory", text)
-        elif _by_us(frame):
-            busy = _open_here(path, _Winapi.shared)
-            if event == "os.rename":
-                busy |= _open_here(arguments[1])
-            if busy:
-                raise PermissionError(13, "The process cannot access the file", str(path))
+            if isinstance(path, str | Path) and os.fspath(path).startswith("/proc/"):
+                raise FileNotFoundError(2, "No such file or directory", str(path))
+            return
+        busy = _open_here(path, _Winapi.shared)
+        if event == "os.rename":
+            busy |= _open_here(arguments[1])
+        if busy:
+            raise PermissionError(13, "The process cannot access the file", str(path))
     finally:
         _looking = False
 
