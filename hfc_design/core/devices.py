@@ -70,8 +70,8 @@ def make_room() -> None:
 def crowded() -> bool:
     """Return whether over half of the allowed memory maps are used; False if there is no count."""
     try:
-        most = int(MOST_MAPPED.read_text())
-        with MAPPED.open() as lines:
+        most = int(MOST_MAPPED.read_text("ascii"))
+        with MAPPED.open("rb") as lines:
             return sum(1 for _ in lines) > most // 2
     except OSError:
         return False

@@ -21,6 +21,8 @@ NOT_IN_OS = {
     *("O_CLOEXEC", "O_DIRECTORY", "O_NOFOLLOW", "O_NONBLOCK", "fork", "getuid", "killpg"),
     *("mkfifo", "pread", "pwrite", "sched_getaffinity", "sched_setaffinity", "uname"),
 }
+#: Marks descriptors of files that may be renamed and deleted while they are open.
+SHARED = os.O_NONBLOCK
 #: Modules between ours and the call that opens, renames or deletes a file.
 BETWEEN = ("contextlib", "pathlib", "pathlib._local", "shutil", "tempfile")
 
@@ -75,17 +77,12 @@ class _Msvcrt(ModuleType):
 
 
 class _Winapi(ModuleType):
-    #: Descriptor -> number of the file, of those that may be renamed and deleted while open.
-    shared: dict[int, int] = {}
-
-    @classmethod
-    def CreateFile(cls, path, access, share, security, disposition, flags, template):
-        """Open a file as the package does."""
+    @staticmethod
+    def CreateFile(path, access, share, security, disposition, flags, template):
+        """Open a file as the package does, so that it may be renamed and deleted."""
         assert (access, share, flags) == (0xC0000000, 7, 0x200000)
         more = {1: os.O_CREAT | os.O_EXCL, 3: 0, 4: os.O_CREAT}[disposition]
-        file = os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK | more, 0o666)
-        cls.shared[file] = os.fstat(file).st_ino
-        return file
+        return os.open(path, os.O_RDWR | os.O_NOFOLLOW | SHARED | more, 0o666)
 
 
 INSTEAD = {"os": _Os("os")}
@@ -112,16 +109,16 @@ def _by_us(frame: FrameType | None):
     return frame is not None and frame.f_globals.get("__name__", "").split(".")[0] in OURS
 
 
-def _open_here(path, but=None):
-    """Descriptors of this process that are open on the file at ``path``, ``but`` for some."""
+def _open_here(path, but=0):
+    """Descriptors of this process that have the file at ``path`` open without the flag ``but``."""
     if not os.path.isfile(path):
         return set()
     known, found = os.stat(path, follow_symlinks=False), set()
     for name in os.listdir("/proc/self/fd"):
         try:
             file = int(name)
-            shared = but is not None and but.get(file) == known.st_ino
-            if os.path.samestat(os.fstat(file), known) and not shared:
+            flags = fcntl.fcntl(file, fcntl.F_GETFL)
+            if os.path.samestat(os.fstat(file), known) and not flags & but:
                 found.add(file)
         except OSError:  # the folder that is being listed
             pass
@@ -141,7 +138,7 @@ def _audit(event, arguments):
             if isinstance(path, str | Path) and os.fspath(path).startswith("/proc/"):
                 raise FileNotFoundError(2, "No such file or directory", str(path))
             return
-        busy = _open_here(path, _Winapi.shared)
+        busy = _open_here(path, SHARED)
         if event == "os.rename":
             busy |= _open_here(arguments[1])
         if busy:
