@@ -29,7 +29,7 @@ LOCK := UV_CUSTOM_COMPILE_COMMAND="make lock" $(UV) pip compile -q --universal \
 # Every extra but the peers, which want packages that nothing else here does.
 EXTRAS := --extra dev --extra bench
 
-.PHONY: design test short published style types test-isa wording test-lowest test-python lint interop docs notebooks attack bench bench-accelerator dist audit lock uplot reference clean
+.PHONY: design test short published style types test-bare test-isa wording test-lowest test-python lint interop docs notebooks attack bench bench-accelerator dist audit lock uplot reference clean
 
 design: $(VENV)/installed
 	$(BIN)/hfc design
@@ -108,6 +108,12 @@ test-lowest: .venv-lowest/installed
 # path of an interpreter. A version that is not here is fetched by uv.
 test-python: $(OTHER)/installed
 	HFC_WORDING=any $(OTHER)/bin/pytest $(PARALLEL) $(SMOKE)
+
+# Without what Windows lacks, see tests/helpers/bare.py; and the types for other systems.
+test-bare: $(VENV)/installed
+	$(BIN)/mypy --platform win32 --cache-dir .mypy_cache/win32
+	$(BIN)/mypy --platform darwin --cache-dir .mypy_cache/darwin
+	HFC_BARE=1 $(PYTEST) tests/unit $(addprefix tests/loop/,batch calls cli core runs)
 
 # The wheel, the source archive and a list of what an install of it holds (CycloneDX), in dist/; the
 # wheel works outside this folder.

@@ -152,7 +152,7 @@ def main(yes: int, seed: int, minutes: float, out: Path) -> None:
         wrong = sum(row["swings"] > 1.0 for row in rows)
         click.echo(f"{base} {changes['controller']['kind']}: {dict(answers)}, {wrong} swing")
         out.parent.mkdir(parents=True, exist_ok=True)
-        out.write_text(json.dumps(rows, indent=1))
+        out.write_text(json.dumps(rows, indent=1), "utf-8")
 
 
 if __name__ == "__main__":

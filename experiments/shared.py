@@ -41,7 +41,7 @@ class Batch:
             raise click.UsageError(f"{error}; run its batch first, with hfc batch") from None
 
         file = folder / FILE
-        self.steps: dict[str, Ranges] = json.loads(file.read_text()) if file.exists() else {}
+        self.steps: dict[str, Ranges] = json.loads(file.read_text("utf-8")) if file.exists() else {}
 
     def run(self, label: str = "", **settings: Any) -> Run:
         """The first run with a label, or with settings."""

@@ -6,6 +6,13 @@ import signal
 import sys
 import sysconfig
 import time
+from pathlib import Path
+
+if os.environ.get("HFC_BARE"):
+    import bare  # noqa: F401
+
+    helpers = str(Path(__file__).parent / "helpers")  # whose sitecustomize.py does so in processes
+    os.environ["PYTHONPATH"] = os.pathsep.join([helpers, os.environ.get("PYTHONPATH", "")])
 
 import numpy as np
 import oracle

@@ -47,7 +47,7 @@ double law(const double *s)
 
 def fields(struct: str) -> list[str]:
     """The names of the numbers in a struct of machine.c, which holds nothing else."""
-    body = re.search(r"typedef struct \{([^}]*)\} " + struct + ";", SOURCE.read_text())
+    body = re.search(r"typedef struct \{([^}]*)\} " + struct + ";", SOURCE.read_text("utf-8"))
     lists = re.findall(r"double ([\w, ]+);", body[1])
     return [name.strip() for each in lists for name in each.split(",")]
 
@@ -84,7 +84,7 @@ def exported(folder: Path, config: Mapping[str, Any], scale: bool = True) -> Law
     """
     header = next(folder.glob("*.h"))
     name = header.stem
-    body = re.search(r"typedef struct \{([^}]*)\} \w+_inputs;", header.read_text())[1]
+    body = re.search(r"typedef struct \{([^}]*)\} \w+_inputs;", header.read_text("utf-8"))[1]
     members = re.findall(r"_real (\w+);", body)
     if unknown := set(members) - set(SIGNALS):
         raise ValueError(f"inputs of {header} must be among {SIGNALS} (got {sorted(unknown)})")
@@ -96,7 +96,7 @@ def exported(folder: Path, config: Mapping[str, Any], scale: bool = True) -> Law
     each = {k: SIGNALS.index(f"load_{k}" if k in beside else k) for k in members}
     inputs = ", ".join(f".{k} = s[{place}]" for k, place in each.items())
     shim = folder / "shim.c"
-    shim.write_text(SHIM.format(name=name, inputs=inputs))
+    shim.write_text(SHIM.format(name=name, inputs=inputs), "utf-8")
     library = compiled(sorted(folder.glob("*.c")), folder, "law")
     observer = own.get("velocity") == "observer"
     return Law(
@@ -269,7 +269,7 @@ def write_log(program: ctypes.CDLL, machine: Machine, file: Path) -> None:
     ]
     each = (told["separator"].join(row) for row in zip(*rows, strict=True))
     lines += (line.replace(".", told["decimal"]) for line in each)
-    file.write_text("\n".join([*lines, ""]))
+    file.write_text("\n".join([*lines, ""]), "utf-8", newline="\n")
 
 
 @dataclass

@@ -51,7 +51,7 @@ def hfc(folder: Path, words: Sequence[str]) -> bool:
     """Whether a command succeeds; what it prints is kept in the folder, by its first word."""
     done = subprocess.run([*HFC, *words], check=False, capture_output=True, text=True)
     told = f"$ hfc {' '.join(words)}\n{done.stdout}{done.stderr}"
-    (folder / f"{words[0]}.txt").write_text(told)
+    (folder / f"{words[0]}.txt").write_text(told, "utf-8")
     return not done.returncode
 
 
@@ -69,19 +69,19 @@ def row(program: Any, machine: bench.Machine, folder: Path, seed: int) -> list[s
     ]
     for words in commands:
         if not hfc(folder, words):
-            lines = (folder / f"{words[0]}.txt").read_text().strip().splitlines()
+            lines = (folder / f"{words[0]}.txt").read_text("utf-8").strip().splitlines()
             last = next((x for x in reversed(lines) if x.startswith("hfc:") or "Error:" in x), "")
             return [machine.name, machine.told["plant"], f"hfc {words[0]}: {last}", *["–"] * 6]
     subprocess.run(["make", "-s", "-C", str(code), "check"], check=True, capture_output=True)
-    config = tomllib.loads((run / "config.toml").read_text())
-    usable = json.loads((run / "usable.json").read_text())
+    config = tomllib.loads((run / "config.toml").read_text("utf-8"))
+    usable = json.loads((run / "usable.json").read_text("utf-8"))
     try:
         law = bench.exported(code, config, "load_encoder" in machine.told["machine"])
     except ValueError as error:
         return [machine.name, machine.told["plant"], str(error), *["–"] * 6]
     found = bench.tried(program, machine, law, config)
     kept = {"answer": usable["answer"], "motions": [vars(one) for one in found]}
-    (folder / "found.json").write_text(json.dumps(kept, indent=1))
+    (folder / "found.json").write_text(json.dumps(kept, indent=1), "utf-8")
     cells = told(machine, usable, found)
     return [*cells, f"{(monotonic() - begun) / 60:.1f}"]
 
@@ -125,7 +125,7 @@ def main(names: tuple[str, ...], seed: int, out: Path) -> None:
     for name in names or every:
         lines.append(row(program, every[name], out / f"{name}-{seed}", seed))
         print(markdown(HEAD, lines[-1:]), flush=True)
-    (out / f"table-{seed}.md").write_text(markdown(HEAD, lines))
+    (out / f"table-{seed}.md").write_text(markdown(HEAD, lines), "utf-8")
 
 
 if __name__ == "__main__":

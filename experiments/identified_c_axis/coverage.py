@@ -74,7 +74,7 @@ def rows_of(file: Path) -> list[Row]:
     """What was found before."""
     if not file.exists():
         return []
-    with file.open(newline="") as lines:
+    with file.open(encoding="utf-8", newline="") as lines:
         return [
             Row(int(k), name, state, *map(float, numbers))
             for k, name, state, *numbers in csv.reader(lines)
@@ -83,7 +83,7 @@ def rows_of(file: Path) -> list[Row]:
 
 def write(file: Path, rows: list[Row]) -> None:
     """Append to what was found before."""
-    with file.open("a", newline="") as lines:
+    with file.open("a", encoding="utf-8", newline="") as lines:
         csv.writer(lines).writerows(rows)
 
 

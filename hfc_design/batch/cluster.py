@@ -6,7 +6,6 @@ files of the cell's run folder; and references to the user's own plug-ins from t
 
 import asyncio
 import logging
-import os
 import uuid
 from collections.abc import Callable, Collection, Iterator
 from concurrent.futures import CancelledError, ThreadPoolExecutor
@@ -16,7 +15,7 @@ from pathlib import Path
 from hfc_design import __version__
 from hfc_design.batch.plan import Cell
 from hfc_design.batch.runner import PATIENCE, Lost, Outcome, Place, unfinished
-from hfc_design.core.numbers import Json
+from hfc_design.core.numbers import Json, cores
 from hfc_design.core.plugins import given
 from hfc_design.core.records import RunError, UserError, checked, option
 
@@ -171,9 +170,9 @@ def _security(scheduler: str, tls: Tls) -> Security:
 
 def _local(workers: int) -> LocalCluster:
     """Start local workers, which accept only connections with a new key that is kept in memory."""
-    cores, cards = len(os.sched_getaffinity(0)), len(gpus())
-    if workers > (cards or cores):
-        most = f"{cards or cores}, one for each {'GPU' if cards else 'core'}"
+    free, cards = cores(), len(gpus())
+    if workers > (cards or free):
+        most = f"{cards or free}, one for each {'GPU' if cards else 'core'}"
         raise UserError(f"{option('workers', workers)}: must be at most {most}")
     try:
         security = Security.temporary()
@@ -183,7 +182,7 @@ def _local(workers: int) -> LocalCluster:
     dask.config.set({key: [] for key in PAGES})
     return LocalCluster(
         n_workers=workers,
-        threads_per_worker=max(cores // workers, 1),
+        threads_per_worker=max(free // workers, 1),
         processes=True,
         memory_limit=0,
         protocol="tls://",

@@ -16,6 +16,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
+import psutil
 from distributed import Status, Worker, get_worker
 
 from hfc_design import __version__
@@ -147,14 +148,14 @@ def take_share(cores: int) -> None:
             os.environ["CUDA_VISIBLE_DEVICES"] = card[0]
         else:  # no GPU is left, and the memory of one is too small for two workers
             os.environ["JAX_PLATFORMS"] = "cpu"
-    share = _free("core", [str(core) for core in sorted(os.sched_getaffinity(0))], cores)
-    if not share:  # more workers than cores: they are not bound to any
-        few = max(FEWEST_DEVICES, cores)
-        os.environ.setdefault("JAX_NUM_CPU_DEVICES", str(few))
-        return
-    for thread in os.listdir("/proc/self/task"):  # later threads inherit this
-        with suppress(ProcessLookupError):  # the thread has ended
-            os.sched_setaffinity(int(thread), map(int, share))
+    own = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else []
+    share = _free("core", [*map(str, own)], cores)
+    if share and hasattr(os, "sched_setaffinity"):
+        for thread in psutil.Process().threads():  # later threads inherit this
+            with suppress(ProcessLookupError):  # the thread has ended
+                os.sched_setaffinity(thread.id, map(int, share))
+    else:  # more workers than cores, or not on Linux: they are not bound to any
+        os.environ.setdefault("JAX_NUM_CPU_DEVICES", str(max(FEWEST_DEVICES, cores)))
 
 
 def gpus() -> list[str]:
@@ -173,6 +174,8 @@ def _free(kind: str, names: Sequence[str], count: int) -> list[str]:
     A name is reserved by a socket name outside the file system, which only one process can bind;
     the operating system releases it when the process ends for any reason.
     """
+    if not hasattr(socket, "AF_UNIX"):  # Windows
+        return []
     job = os.environ.get("SLURM_JOB_ID", "")  # each job counts its own GPUs from 0
     unused: list[str] = []
     for name in names:

@@ -194,7 +194,7 @@ def _near_the_best(scenario: "Scenario", result: "Result", folder: Path) -> str:
     try:
         check(scenario)
         if scenario.motions:
-            command = f"hfc attainable {shlex.quote(str(folder))}"
+            command = f"hfc attainable {shlex.quote(folder.as_posix())}"
             return f"How close is it to the best possible controller? {command}"
         return attained_told(keep_attained(scenario, result.design, folder))
     except (UserError, RunError):  # no bound exists, or none was found

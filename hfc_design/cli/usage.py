@@ -1,10 +1,12 @@
 """Mistakes on a command line, reported in a line each with the correct usage."""
 
+import os
 import re
 import sys
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import TextIOWrapper
 from typing import Any
 
 import click
@@ -18,6 +20,14 @@ NUMBERS = click.types.IntParamType, click.types.FloatParamType
 
 class Refusing(click.Command):
     """A command that reports a user's mistake in a line and exits."""
+
+    def main(self, *arguments: Any, **options: Any) -> Any:
+        """Run it; a terminal shows "?" for what its code page lacks, a file or pipe gets UTF-8."""
+        for stream in (sys.stdout, sys.stderr):
+            if isinstance(stream, TextIOWrapper):
+                kept = stream.isatty() or "PYTHONIOENCODING" in os.environ
+                stream.reconfigure(encoding=stream.encoding if kept else "utf-8", errors="replace")
+        return super().main(*arguments, **options)
 
     def make_context(self, *arguments: Any, **options: Any) -> click.Context:
         """Parse the arguments; a mistake becomes a line on stderr and an exit code."""

@@ -3,8 +3,8 @@
 import errno
 import json
 import os
-import secrets
 import shutil
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from hashlib import sha256
@@ -14,7 +14,7 @@ from typing import Any, get_type_hints
 import numpy as np
 
 from hfc_design.core import archive
-from hfc_design.core.lock import TEMPORARY, check
+from hfc_design.core.lock import TEMPORARY, beside, check
 from hfc_design.core.numbers import Floats, Integers, Mask
 from hfc_design.core.records import RunError, writing
 
@@ -35,24 +35,37 @@ def write_whole(path: Path, content: bytes) -> None:
         RunError: the disk is full, the folder cannot be written, or it belongs to another process
             now; the old content stays.
     """
-    temporary = path.with_name(secrets.token_hex(8).join(TEMPORARY))
+    temporary = beside(path)
     with writing(path):
-        with temporary.open("xb") as file:  # x: never a file or link that is there already
-            try:
+        file = temporary.open("xb")  # x: never a file or link that is there already
+        try:
+            with file:
                 file.write(content)
                 file.flush()
                 os.fsync(file.fileno())
-                check(path)
-                temporary.replace(path)
-            except BaseException:
-                with suppress(OSError):
-                    temporary.unlink()
-                raise
+            check(path)
+            _rename(temporary, path)
+        except BaseException:
+            with suppress(OSError):
+                temporary.unlink()
+            raise
         synced(path.parent)
+
+
+def _rename(file: Path, path: Path) -> None:
+    """Rename ``file`` to ``path``; on Windows wait a second for processes that read the old one."""
+    for _ in range(10):
+        with suppress(PermissionError):
+            file.replace(path)
+            return
+        time.sleep(0.1)
+    file.replace(path)
 
 
 def synced(folder: Path) -> None:
     """Make sure that created and renamed files of a folder survive a power failure."""
+    if not hasattr(os, "O_DIRECTORY"):  # Windows, which opens no folder
+        return
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
         os.fsync(descriptor)

@@ -54,7 +54,7 @@ def busy(what: str) -> AbstractContextManager[object]:
         return nullcontext()
     # Rich must not redirect what is printed meanwhile, which may go to a pipe.
     no_redirect: dict[str, Any] = {"redirect_stdout": False, "redirect_stderr": False}
-    return Live(Spinner("dots", what), console=console, transient=True, **no_redirect)
+    return Live(Spinner("line", what), console=console, transient=True, **no_redirect)
 
 
 class Fitting(ProgressColumn):
@@ -75,7 +75,8 @@ class Fitting(ProgressColumn):
         line = Text(first)
         length = max((most for narrow, most in BARS.items() if width >= narrow), default=0)
         if room >= length + 2 > 2:
-            line.append("  ").append_text(_bar(task, length))
+            dash = "-" if self._console.options.ascii_only else "━"
+            line.append("  ").append_text(_bar(task, length, dash))
             room -= length + 2
         for part in filter(None, str(task.fields["line"]).split("  ")):
             if len(part) + 2 > room:
@@ -85,9 +86,9 @@ class Fitting(ProgressColumn):
         return line.append(f"  {last}")
 
 
-def _bar(task: Task, length: int) -> Text:
+def _bar(task: Task, length: int, dash: str) -> Text:
     done = round(length * min(task.completed / task.total, 1.0)) if task.total else 0
-    return Text.assemble(("━" * done, "bar.complete"), ("━" * (length - done), "bar.back"))
+    return Text.assemble((dash * done, "bar.complete"), (dash * (length - done), "bar.back"))
 
 
 def _clock(seconds: float | None) -> str:

@@ -12,7 +12,7 @@ from typing import Any
 
 import jax
 
-from hfc_design.core.numbers import FEWEST_DEVICES
+from hfc_design.core.numbers import FEWEST_DEVICES, cores
 from hfc_design.core.records import UserError
 
 _LOOPS = (
@@ -39,7 +39,7 @@ def configure() -> None:
     config: Any = jax.config
     config.update("jax_enable_x64", True)
     if (chosen := config.jax_num_cpu_devices) < FEWEST_DEVICES:  # -1: nobody has chosen yet
-        count = max(FEWEST_DEVICES, len(os.sched_getaffinity(0)) if chosen == -1 else chosen)
+        count = max(FEWEST_DEVICES, cores() if chosen == -1 else chosen)
         try:
             config.update("jax_num_cpu_devices", count)
         except RuntimeError:
@@ -70,8 +70,8 @@ def make_room() -> None:
 def crowded() -> bool:
     """Return whether over half of the allowed memory maps are used; False if there is no count."""
     try:
-        most = int(MOST_MAPPED.read_text())
-        with MAPPED.open() as lines:
+        most = int(MOST_MAPPED.read_text("ascii"))
+        with MAPPED.open("rb") as lines:
             return sum(1 for _ in lines) > most // 2
     except OSError:
         return False

@@ -8,7 +8,8 @@ from os.path import exists, isdir, isfile
 from pathlib import Path
 from typing import Annotated, TypeAlias
 
-from pydantic import AfterValidator, Discriminator, Field, Tag, ValidationInfo, model_validator
+from pydantic import AfterValidator, Discriminator, Field, PlainSerializer, Tag, ValidationInfo
+from pydantic.functional_validators import model_validator
 
 from hfc_design.core.numbers import Plain
 from hfc_design.core.records import Record
@@ -45,9 +46,11 @@ class EmbeddedFile(Record):
 
 
 AnyFile: TypeAlias = Path | EmbeddedFile
-#: Type of a key for a file: a user writes a path, a design contains an ``EmbeddedFile``.
+#: Type of a key for a file: a user writes a path, a design contains an ``EmbeddedFile``. In files
+#: a path has "/", also on Windows.
 WRITTEN = Annotated[
-    Annotated[Path, Tag("path")] | Annotated[EmbeddedFile, Tag("carried")],
+    Annotated[Path, Tag("path"), PlainSerializer(Path.as_posix, when_used="json")]
+    | Annotated[EmbeddedFile, Tag("carried")],
     Discriminator(lambda one: "carried" if isinstance(one, dict | EmbeddedFile) else "path"),
 ]
 

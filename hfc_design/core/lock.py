@@ -1,14 +1,17 @@
 """Lock of a folder of results: only the process that holds the lock writes into the folder.
 
-The holder keeps a lock file open under ``flock``, which the system releases when the process ends,
-for whatever reason. A heartbeat updates the time of the lock file. If it stops, because the process
+The holder keeps a lock file open and locked; the system unlocks it when the process ends, for
+whatever reason. A heartbeat updates the time of the lock file. If it stops, because the process
 is frozen or its computer is lost, another process may overtake: it renames a lock file of its own
 over the old one. ``check`` refuses to write if the process's lock file is no longer in its place.
 (Locks of the package filelock expire too, but leave this check to their callers, and recognise dead
 processes by their process numbers.)
+
+Windows locks bytes instead of files. An open file can be renamed there if all who opened it allow
+that, but not replaced; if it is deleted, nobody can use its name until it is closed (Microsoft
+Learn: LockFile, CreateFileW, DeleteFileW).
 """
 
-import fcntl
 import os
 import secrets
 import shlex
@@ -24,6 +27,12 @@ from pathlib import Path
 from hfc_design.core.numbers import number_or_none
 from hfc_design.core.records import RunError, UserError, writing
 
+if sys.platform == "win32":
+    import _winapi
+    import msvcrt
+else:
+    import fcntl
+
 #: Name of the lock file of a run folder; its text names the process that holds the lock.
 LOCK = ".in-use"
 #: Begin and end of the name of a file or folder being written; ``checkpoint.tidy`` deletes such.
@@ -34,8 +43,6 @@ GRACE = "HFC_LOCK_GRACE_S"
 BEAT, PATIENCE = 5.0, 0.1
 #: Number of attempts to take a lock, and seconds between them: ``in_use`` holds it for a moment.
 TRIES, LOOK = 3, 0.02
-#: Flags for opening a lock file: follow no link, wait for no pipe, let no child process inherit it.
-READ = os.O_NOFOLLOW | os.O_CLOEXEC | os.O_NONBLOCK
 
 
 class Overtaken(RunError):
@@ -70,13 +77,9 @@ def try_lock(folder: Path, path: Path | None = None) -> Iterator[bool]:
     finally:
         with _changing:
             _held.remove(lock)
-            try:
+            with suppress(OSError), open(descriptor, "rb"):  # which closes the file in any case
                 if _lies_at(path, descriptor):
-                    path.unlink()
-            except OSError:  # closing the file releases the lock all the same
-                pass
-            finally:
-                os.close(descriptor)
+                    _remove(path)
 
 
 @contextmanager
@@ -113,14 +116,11 @@ def wait_for(folder: Path, path: Path) -> Iterator[None]:
 
 def in_use(folder: Path) -> bool:
     """Return whether a process with a recent heartbeat holds the lock; this writes nothing."""
-    with suppress(OSError):
-        file = os.open(folder / LOCK, READ)
+    with suppress(OSError), open(_opened(folder / LOCK), "rb") as file:
         try:
-            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            _lock(file.fileno(), shared=True)
         except BlockingIOError:
-            return abs(time.time() - os.fstat(file).st_mtime) <= stale_after()
-        finally:
-            os.close(file)
+            return abs(time.time() - os.fstat(file.fileno()).st_mtime) <= stale_after()
     return False
 
 
@@ -151,10 +151,10 @@ def _taken(path: Path) -> int | None:
     """Return the descriptor of the lock file if this process gets the lock, else None."""
     for _ in range(TRIES):
         with ExitStack() as closing:
-            file = os.open(path, READ | os.O_RDWR | os.O_CREAT, 0o666)
+            file = _opened(path, "a")
             closing.callback(os.close, file)
             try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                _lock(file)
             except BlockingIOError:
                 time.sleep(LOOK)
                 silent = abs(time.time() - os.fstat(file).st_mtime) > stale_after() / 2.0
@@ -162,7 +162,7 @@ def _taken(path: Path) -> int | None:
                     return new
             else:
                 if _lies_at(path, file):  # else the file was deleted or replaced meanwhile
-                    _sign(file)
+                    _sign(path, file)
                     closing.pop_all()
                     return file
     return None
@@ -170,12 +170,14 @@ def _taken(path: Path) -> int | None:
 
 def _overtaken(path: Path) -> int | None:
     """Replace a lock file without recent heartbeats by our own; return its descriptor, or None."""
-    temporary = path.with_name(secrets.token_hex(8).join(TEMPORARY))
-    new = os.open(temporary, READ | os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
-    with suppress(FileNotFoundError):  # the holder has just deleted the old file
-        fcntl.flock(new, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        _sign(new)
+    temporary = beside(path)
+    new = _opened(temporary, "x")
+    with suppress(FileNotFoundError, PermissionError):  # another process was quicker
+        _lock(new)
+        _sign(temporary, new)
         if os.fstat(new).st_mtime - path.lstat().st_mtime > stale_after():
+            if sys.platform == "win32":
+                _remove(path)
             temporary.replace(path)
             return new
     temporary.unlink(missing_ok=True)
@@ -185,30 +187,67 @@ def _overtaken(path: Path) -> int | None:
 
 def _lies_at(path: Path, descriptor: int) -> bool:
     """Return whether the open file ``descriptor`` is the file that now lies at ``path``."""
-    try:
-        there = os.open(path, READ)  # asks the server of a network file system; stat may not
-    except FileNotFoundError:
-        return False
-    try:
-        return os.path.samestat(os.fstat(there), os.fstat(descriptor))
-    finally:
-        os.close(there)
+    # This asks the server of a network file system; stat may not.
+    with suppress(FileNotFoundError), open(_opened(path), "rb") as there:
+        return os.path.samestat(os.fstat(there.fileno()), os.fstat(descriptor))
+    return False
 
 
-def _sign(descriptor: int) -> None:
+def beside(path: Path) -> Path:
+    """Return a new name in the folder of ``path``, for a file that is being written or removed."""
+    return path.with_name(secrets.token_hex(8).join(TEMPORARY))
+
+
+def _opened(path: Path, mode: str = "r") -> int:
+    """Return the descriptor of a file; "a" creates it if it is missing, "x" refuses an old one.
+
+    No link is followed, no pipe is waited for, and no child process inherits the file.
+    """
+    if sys.platform == "win32":
+        when = {"r": 3, "a": 4, "x": 1}[mode]  # OPEN_EXISTING, OPEN_ALWAYS, CREATE_NEW
+        # For reading and writing; others may read, write and rename it; a link itself is opened.
+        handle = _winapi.CreateFile(str(path), 0xC0000000, 7, 0, when, 0x200000, 0)
+        file = msvcrt.open_osfhandle(handle, 0)
+    else:
+        how = {"r": 0, "a": os.O_RDWR | os.O_CREAT, "x": os.O_RDWR | os.O_CREAT | os.O_EXCL}[mode]
+        file = os.open(path, how | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
+    return file
+
+
+def _lock(file: int, shared: bool = False) -> None:
+    """Lock an open file until it is closed; BlockingIOError: another process has locked it."""
+    if sys.platform == "win32":
+        os.lseek(file, 2**30, os.SEEK_SET)  # beyond the text: nobody else can read what is locked
+        try:
+            msvcrt.locking(file, msvcrt.LK_NBLCK, 1)
+        except OSError as error:
+            raise BlockingIOError(*error.args) from None
+    else:
+        fcntl.flock(file, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
+
+
+def _remove(path: Path) -> None:
+    """Remove a file that is open, so that its name is free at once."""
+    if sys.platform == "win32":
+        path = path.rename(beside(path))
+    path.unlink()
+
+
+def _sign(path: Path, descriptor: int) -> None:
     """Write into the open lock file which process holds it, and update the time of the file."""
     name = Path(*sys.argv[:1]).name.replace("__main__.py", "hfc")
     holder = f"process {os.getpid()} on {socket.gethostname()} since {time.strftime('%F %T')}"
-    os.utime(descriptor)
+    os.utime(path if sys.platform == "win32" else descriptor)
     with suppress(OSError):  # a full disk
         os.ftruncate(descriptor, 0)
+        os.lseek(descriptor, 0, os.SEEK_SET)
         text = f"{holder} ({shlex.join([name, *sys.argv[1:]])[:100]})\n"
-        os.pwrite(descriptor, text.encode(errors="replace"), 0)
+        os.write(descriptor, text.encode(errors="replace"))
 
 
 def _holder(path: Path) -> str:
     """Return the text of a lock file on its holder, or "another process" if there is none."""
-    with suppress(OSError), open(os.open(path, READ), "rb") as file:
+    with suppress(OSError), open(_opened(path), "rb") as file:
         return file.read(200).decode(errors="replace").strip() or "another process"
     return "another process"
 
@@ -221,8 +260,8 @@ def _heart(seconds: float) -> None:
         while True:
             time.sleep(seconds)
             with _changing:
-                for *_, descriptor in _held:
+                for path, _, descriptor in _held:
                     with suppress(OSError):
-                        os.utime(descriptor)
+                        os.utime(path if sys.platform == "win32" else descriptor)
 
     threading.Thread(target=beat, name="locks", daemon=True).start()

@@ -6,6 +6,7 @@ branches on values, so that the same text serves all four. Never imports JAX.
 """
 
 import math
+import os
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial, reduce
@@ -54,6 +55,11 @@ NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 #: device skips the partitioner, is fused in other pieces than a program for several, and rounds
 #: differently: a search on one core would then not give the same bits as on several.
 FEWEST_DEVICES = 2
+
+
+def cores() -> int:
+    """Return the number of processor cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 class Constant(float):

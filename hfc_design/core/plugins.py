@@ -302,7 +302,7 @@ def naming_modules(provenance: Json) -> Json:
 def resuming(folder: Path) -> str:
     """Return the advice to continue a stopped run, with a command that loads the user's parts."""
     use_options = options(text for _, text in given())
-    return f"continue with: hfc design --resume --out {shlex.quote(str(folder))}{use_options}"
+    return f"continue with: hfc design --resume --out {shlex.quote(folder.as_posix())}{use_options}"
 
 
 def _check_fields(thing: Any, source: str) -> None:

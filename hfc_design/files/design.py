@@ -270,10 +270,8 @@ def read_design(path: str | Path) -> Design:
         UserError: the file cannot be read, is not JSON, or is not a design that can run.
     """
     if Path(path).suffix.lower() in IMPORTED:
-        fault = "is a controller of another program"
-        raise UserError(
-            f"{path}: {fault}; convert it with hfc import {quote(str(path))} --out NAME.json"
-        )
+        command = f"hfc import {quote(Path(path).as_posix())} --out NAME.json"
+        raise UserError(f"{path}: is a controller of another program; convert it with {command}")
     design = parse_design(read_text(path), path)
     named = design.provenance.get("scenario")
     scenario = embedded(named, Path(path).parent, embedder())

@@ -3,7 +3,6 @@
 The fit is tried from many starts (sets of parameters), and the best of these are refined.
 """
 
-import os
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -15,7 +14,7 @@ import numpy as np
 from scipy.signal import fftconvolve, lfilter
 from scipy.stats import qmc
 
-from hfc_design.core.numbers import Floats, Mask, Scalar, within
+from hfc_design.core.numbers import Floats, Mask, Scalar, cores, within
 from hfc_design.core.records import either
 from hfc_design.identify.parameters import FACTOR, LOAD, OFFSETS, FreeParameters
 from hfc_design.identify.recording import Recording
@@ -170,7 +169,7 @@ def slopes(problem: Problem, numbers: Floats) -> tuple[Floats, Floats]:
 
 def side_by_side(one: Callable[[One], Made], many: Iterable[One]) -> list[Made]:
     """Return ``one(item)`` for each item, in threads on all cores: a replay releases the GIL."""
-    with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+    with ThreadPoolExecutor(cores()) as pool:
         return [*pool.map(one, many)]
 
 

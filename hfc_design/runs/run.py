@@ -76,7 +76,7 @@ def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Sc
     if any((folder / name).exists() for name in (CONFIG, CHECKPOINT, DESIGN, FRONT)):
         raise UserError(
             f"{option('out', str(folder), 'folder')}: already has a run; name another folder, or "
-            f"continue it: hfc design --resume --out {shlex.quote(str(folder))}"
+            f"continue it: hfc design --resume --out {shlex.quote(folder.as_posix())}"
         )
 
     def copied(key: str, file: AnyFile) -> Path:

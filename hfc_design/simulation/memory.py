@@ -9,6 +9,7 @@ from pathlib import Path
 
 import jax
 import numpy as np
+import psutil
 
 from hfc_design.controllers.genome import Genome
 from hfc_design.core.records import UserError, either
@@ -27,9 +28,9 @@ PROGRAM, SUBSTEP, LOAD, NUMBER = 0.32e9, 1.8e6, 48, 26
 DERIVATIVE, MACHINE, COPIES = 27, 8_000, 9
 #: Units that may follow the number in ``--memory`` [bytes].
 UNITS = {"K": 1e3, "M": 1e6, "G": 1e9, "T": 1e12, "": 1.0}
-#: Control groups: controller in /proc/self/cgroup ("" in version 2) -> name of the file with the
-#: limit, name of the file with the used memory [bytes], and key (in memory.stat) of the file cache
-#: in the used memory, which the system can free.
+#: Control groups of Linux: controller in /proc/self/cgroup ("" in version 2) -> name of the file
+#: with the limit, name of the file with the used memory [bytes], and key (in memory.stat) of the
+#: file cache in the used memory, which the system can free.
 CONTROL_GROUPS = {
     "": ("memory.max", "memory.current", "inactive_file"),
     "memory": ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"),
@@ -95,7 +96,7 @@ def size(text: str) -> float:
 
 def free() -> float:
     """Return the memory that this process may use now, in total, in its control groups [bytes]."""
-    left = [1024 * _words(Path("/proc/meminfo")).get("MemAvailable:", np.inf)]
+    left = [float(psutil.virtual_memory().available)]
     for line in _text(Path("/proc/self/cgroup")).splitlines():
         _, controller, path = line.split(":", 2)
         if controller in CONTROL_GROUPS:
@@ -103,8 +104,7 @@ def free() -> float:
             group = top / path.strip("/")
             around = [place for place in group.parents if place.is_relative_to(top)]
             left += [_left_by(place, *CONTROL_GROUPS[controller]) for place in (group, *around)]
-    resident = 1024 * _words(Path("/proc/self/status")).get("VmRSS:", 0)
-    return resident + max(min(left), 0.0)
+    return psutil.Process().memory_info().rss + max(min(left), 0.0)
 
 
 def _left_by(group: Path, limit: str, used: str, cached: str) -> float:
@@ -112,17 +112,12 @@ def _left_by(group: Path, limit: str, used: str, cached: str) -> float:
     bound, now = _text(group / limit).strip(), _text(group / used).strip()
     if not (bound.isdigit() and now.isdigit()):  # "max", or there is no such group
         return np.inf
-    return int(bound) - int(now) + _words(group / "memory.stat").get(cached, 0)
+    kept = re.search(rf"^{cached} (\d+)$", _text(group / "memory.stat"), re.M)
+    return int(bound) - int(now) + (int(kept[1]) if kept else 0)
 
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text()
+        return path.read_text("utf-8")
     except OSError:
         return ""
-
-
-def _words(path: Path) -> dict[str, float]:
-    """Return the number in each line of a file by the word before it."""
-    rows = (line.split() for line in _text(path).splitlines())
-    return {row[0]: float(row[1]) for row in rows if len(row) > 1 and row[1].isdigit()}

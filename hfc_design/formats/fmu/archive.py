@@ -23,10 +23,8 @@ from hfc_design.formats.writing import rendered
 
 #: C files of every FMU; one more file belongs to the version of FMI.
 AROUND = ("model.h", "model.c", "slave.h", "slave.c", "export.h")
-
-
-#: Version of FMI -> folder of the binary for Linux on x86-64.
-BINARIES = {"fmi2": "linux64", "fmi3": "x86_64-linux"}
+#: Versions of FMI; a ``compiling.Platform`` has a folder for each.
+VERSIONS = "fmi2", "fmi3"
 #: Markdown renderer that escapes HTML in a text.
 MARKDOWN = MarkdownIt("commonmark", {"html": False}).enable("table")
 
@@ -48,7 +46,7 @@ def fmus(model: Model, design: Design) -> dict[str, bytes]:
         UserError: a C file of the design has the name of a file that every FMU has.
         RunError: the C compiler fails.
     """
-    return {f"{model.name}_{version}.fmu": _fmu(model, design, version) for version in BINARIES}
+    return {f"{model.name}_{version}.fmu": _fmu(model, design, version) for version in VERSIONS}
 
 
 def _fmu(model: Model, design: Design, version: str) -> bytes:
@@ -67,8 +65,9 @@ def _fmu(model: Model, design: Design, version: str) -> bytes:
     if version == "fmi3":  # version 2 lists the sources in its description
         build = rendered("fmu/build.xml.j2", design, name=model.name, compiled=compiled)
         files["sources/buildDescription.xml"] = build
-    if binary := compiling.shared_library(sources, model.name):
-        files[f"binaries/{BINARIES[version]}/{model.name}.so"] = binary
+    for where in compiling.compilers():
+        place = f"binaries/{getattr(where, version)}/{model.name}{where.ending}"
+        files[place] = compiling.shared_library(sources, model.name, where)
     return _archive(files)
 
 

@@ -42,7 +42,7 @@ def _instead(folder: Path) -> str:
     others = sorted(one.name for one in each if one.suffix.lower() in (".fll", ".fis"))
     if not others:
         return "the tables of a hierarchy contain no terms to import"
-    command = f"hfc import {quote(str(folder / others[0]))}"
+    command = f"hfc import {quote((folder / others[0]).as_posix())}"
     if len(others) == 1:
         return f"import a single file of an engine, as in {command}"
     message = f"its {len(others)} files are the units of a hierarchy"

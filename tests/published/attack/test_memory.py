@@ -1,5 +1,7 @@
 """Runs that no machine has the memory for are refused at once, before anything is written."""
 
+from types import SimpleNamespace
+
 import pytest
 from attack import Attack
 from batches import batch, written
@@ -80,8 +82,6 @@ def test_a_script_is_refused_too(monkeypatch):
 def test_the_bound_of_a_control_group_counts(monkeypatch):
     """As in a container of 4 GB that has used 3, 1 of it for files that can be dropped."""
     files = {
-        "/proc/meminfo": "MemTotal: 64000000 kB\nMemAvailable: 50000000 kB\n",
-        "/proc/self/status": "VmRSS: 1000000 kB\n",
         "/proc/self/cgroup": "0::/a/b\n",
         "/sys/fs/cgroup/a/b/memory.max": "max\n",
         "/sys/fs/cgroup/a/b/memory.current": "2\n",
@@ -90,10 +90,14 @@ def test_the_bound_of_a_control_group_counts(monkeypatch):
         "/sys/fs/cgroup/a/memory.stat": "anon 5\ninactive_file 1000000000\n",
     }
     monkeypatch.setattr(memory, "_text", lambda path: files.get(str(path), ""))
+    used = SimpleNamespace(memory_info=lambda: SimpleNamespace(rss=1_024_000_000))
+    monkeypatch.setattr(memory.psutil, "Process", lambda: used)
+    total = SimpleNamespace(available=50_000_000_000)
+    monkeypatch.setattr(memory.psutil, "virtual_memory", lambda: total)
     assert memory.free() == 2e9 + 1.024e9
     files["/proc/self/cgroup"] = "4:memory:/x\n0::/\n"
     files["/sys/fs/cgroup/memory/x/memory.limit_in_bytes"] = "3000000000\n"
     files["/sys/fs/cgroup/memory/x/memory.usage_in_bytes"] = "2500000000\n"
     assert memory.free() == 0.5e9 + 1.024e9
     files.clear()
-    assert memory.free() == float("inf")
+    assert memory.free() == 50e9 + 1.024e9

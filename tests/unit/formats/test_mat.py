@@ -102,12 +102,13 @@ def test_units_in_the_base_units_of_fmi(unit, factor, exponents):
 
 def test_without_a_compiler_there_are_sources_and_a_line(tmp_path, monkeypatch):
     monkeypatch.setattr(compiling.shutil, "which", lambda name: None)
+    monkeypatch.setattr(compiling, "find_spec", lambda name: None)
     found = CliRunner().invoke(
         main, ["export", "pd-only", "--to", "fmu", "--out", str(tmp_path / "a")]
     )
     assert found.exit_code == 0
     assert found.output.splitlines()[0] == compiling.note()
-    assert compiling.note().startswith("found no C compiler (cc)")
+    assert compiling.note().startswith("the FMUs contain no binaries")
     with zipfile.ZipFile(tmp_path / "a" / "pd_only_fmi3.fmu") as archive:
         names = archive.namelist()
     assert "sources/buildDescription.xml" in names
