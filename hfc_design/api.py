@@ -13,7 +13,7 @@ from hfc_design.batch.findings import Findings
 from hfc_design.calls.batching import batch, findings
 from hfc_design.calls.exchanging import export, import_
 from hfc_design.calls.frequency import frequency
-from hfc_design.calls.identifying import experiment, identify
+from hfc_design.calls.identifying import check, experiment, identify
 from hfc_design.calls.searching import design, pick, with_gains
 from hfc_design.calls.showing import comparison_page, explain, plot, report
 from hfc_design.calls.stability import stability
@@ -38,6 +38,7 @@ from hfc_design.files.design import Design
 from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.scenario import Scenario
+from hfc_design.identify.checking import Check
 from hfc_design.identify.experiment import Experiment
 from hfc_design.identify.result import Identified
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
@@ -101,7 +102,7 @@ def register(thing: Registered) -> Registered:
 __all__ = ["Design", "Scenario", "load_design", "load_scenario"]
 __all__ += ["RunError", "UserError"]
 # A machine identified from its log.
-__all__ += ["Experiment", "Identified", "experiment", "identify"]
+__all__ += ["Check", "Experiment", "Identified", "check", "experiment", "identify"]
 # A controller that is searched, picked from a front, made by hand, or taught.
 __all__ += ["Result", "Search", "design", "pick", "strategies", "with_gains"]
 __all__ += ["Lesson", "Taught", "taught"]

@@ -64,7 +64,7 @@ def frequency(
     check_whole("machines", machines, 0, MOST_MACHINES)
     check_whole("frequencies", frequencies, 2, MOST_FREQUENCIES)
     for amplitude in amplitudes:
-        check_positive("amplitudes", amplitude)
+        check_positive("amplitude", amplitude, argument="amplitudes")
     if not logs_and_designs:
         raise UserError("a log or a design is missing")
     logs = [x for x in logs_and_designs if _is_log(x)]

@@ -4,10 +4,13 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from hfc_design.core.arguments import check_positive, check_whole, path_of
-from hfc_design.core.overrides import Changes
+from hfc_design.core.overrides import Changes, overridden
+from hfc_design.core.records import UserError
+from hfc_design.core.wording import percent
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.identify import experiment_files, identified
+from hfc_design.identify.checking import LATER, Check, against
 from hfc_design.identify.experiment import (
     CHECKED,
     Experiment,
@@ -20,6 +23,12 @@ from hfc_design.identify.recording import recordings, sources
 from hfc_design.identify.request import task_of
 from hfc_design.identify.result import Identified
 from hfc_design.simulation.frequency import Setup
+from hfc_design.simulation.usable import usable
+
+#: Relative difference of sample times that counts as none.
+SAME_PERIOD = 1e-3
+#: Machines on which a design is tested again after a change.
+AGAIN = 200
 
 
 def identify(
@@ -145,3 +154,54 @@ def experiment(
         one = loaded.plant.each()[setup.axis]
         experiment_files.write(made, one, loaded.plant.name, path_of(folder), how)
     return made
+
+
+def check(
+    log: str | Path,
+    design: AnyDesign,
+    *,
+    scenario: AnyScenario | None = None,
+    axis: str | None = None,
+    machines: int = 1000,
+    columns: Sequence[str] = (),
+    sample_time: float | None = None,
+    changes: Changes = (),
+) -> Check:
+    """Compare a log of a machine with what its design promised, on machines within the tolerances.
+
+    The counterpart of ``hfc check``. The simulated machines follow the reference of the log. The
+    result has a p-value, and what changed where the log is unlike the machines.
+
+    Args:
+        log: path of the log; it needs reference, position and command.
+        design: design that controlled the machine.
+        scenario: machine, sensors and tolerances; default: that the design was made for.
+        axis: name of the axis; default: the first.
+        machines: number of machines within the tolerances.
+        columns: assignments of signals to columns, as in "position=qm [m]".
+        sample_time: sample time of the log [s], if the log does not contain it.
+        changes: changes to the scenario, by dotted keys.
+
+    Raises:
+        UserError: log, design or axis do not exist or do not fit; the log lacks a signal, or has
+            another sample time than the design.
+    """
+    check_whole("machines", machines, 100, 100_000)
+    task = task_of(None, scenario, changes, axis, design, None, None, 0)
+    task, read = recordings(task, sources(task, path_of(log), columns, None, ()), sample_time)
+    ((name, recording),) = read.items()
+    setup = Setup.of(design, task.scenario, task.drive_axis.name, 0.0, machines, LATER)
+    if abs(recording.sample_time / setup.every - 1.0) > SAME_PERIOD:
+        raise UserError(
+            f"{name}: must be sampled every {setup.every:g} s, as the design "
+            f"(got {recording.sample_time:g} s)"
+        )
+    found = against(setup, recording, name)
+    if not found.unlike or not (keys := found.explanations[0].keys):
+        return found
+    given = task.scenario.model_dump(exclude_unset=True)
+    changed = load_scenario(overridden(given, {k: str(x) for k, x in keys.items()}))
+    now = usable(design, changed, machines=AGAIN)
+    need = "needs no new design" if now.yes else "should be designed again"
+    share = f"{percent(float(now.good.mean()))} of {AGAIN} such machines pass"
+    return found._replace(again=f"; with that it {need}: {now.verdict}, {share}")

@@ -92,7 +92,7 @@ def identify(
 
 @command("Frequency response of a log, or of a design's loop.", last=common.plugins({}))
 def frequency(
-    sources: Texts = argument(PATH, nargs=-1, required=True, metavar="LOG|DESIGN..."),
+    sources: Texts = argument(PATH, nargs=-1, required=True, metavar="SOURCES"),
     plant: str | None = option("Plant of the logs [default: that of a design].", kind=PLANT),
     scenario: str | None = option("Machine, sensors, limits, tolerances.", kind=SCENARIO),
     changes: Texts = common.SETTING,
@@ -116,11 +116,11 @@ def frequency(
 ) -> Answer:
     """Frequency response of logs and of designs' loops, over one another.
 
-    A LOG with the command and the position gives the response of the drive with its coherence and
-    its modes; if a signal was added to the command (column "added"), also the open loop. A DESIGN
-    is simulated: sines of several amplitudes are added to its command while the axis moves, and to
-    the load, on the nominal machine and others. The table has crossover, phase and gain margin,
-    sensitivity, bandwidth and compliance.
+    SOURCES are logs and designs. A log with the command and the position gives the response of the
+    drive with its coherence and its modes; if a signal was added to the command (column "added"),
+    also the open loop. A design is simulated: sines of several amplitudes are added to its command
+    while the axis moves, and to the load, on the nominal machine and others. The table has
+    crossover, phase and gain margin, sensitivity, bandwidth and compliance.
     """
     from hfc_design.calls import frequency as calls
 
@@ -189,3 +189,36 @@ def experiment(
         how=shlex.join(["hfc", *sys.argv[1:]]),
     )
     return Answer(made.numbers(), lambda: tables(made), [path], indent=1)
+
+
+@command("Whether a machine does what its design promised.", last=common.plugins({}))
+def check(
+    log: Path = argument(PATH),
+    design: str | None = option("Design that controlled the machine.", kind=DESIGN, required=True),
+    scenario: str | None = option(SCENARIO_HELP, kind=SCENARIO),
+    changes: Texts = common.SETTING,
+    axis: str | None = option("Axis, of a machine with several."),
+    machines: int = option("Machines within the tolerances [default: 1000].", default=1000),
+    columns: Texts = option(COLUMN_HELP, "--column", metavar="NAME=COLUMN"),
+    sample_time: float | None = option(TIME_HELP, low=0.0, open=True),
+    _as_json: bool = common.AS_JSON,
+) -> Answer:
+    """Whether the machine of a recording LOG does what its design promised, and if not, why.
+
+    A thousand machines within the tolerances follow the reference of LOG. The answer is a p-value,
+    the numbers of the loop beside those of the machines and, if the machine is unlike them, which
+    change explains the log best: friction, backlash, delay or another parameter, and by how much.
+    """
+    from hfc_design.calls import identifying as calls
+
+    result = calls.check(
+        log,
+        design or "",
+        scenario=scenario,
+        axis=axis,
+        machines=machines,
+        columns=columns,
+        sample_time=sample_time,
+        changes=changes,
+    )
+    return Answer(result.numbers(), result.tables)

@@ -26,6 +26,8 @@ from hfc_design.simulation.population import Machines, standing
 
 #: Stretches of a log; share of the machines that make the covariance.
 STRETCHES, MAKING = 40, 0.5
+#: Standard errors to which the deviation of a single feature is limited.
+ODD = 8.0
 #: A log is unlike the machines below this p-value.
 UNLIKE = 0.05
 #: Factors on a parameter, added delays [samples], and gaps [rms error of the log] that are tried.
@@ -45,6 +47,7 @@ class Explanation(NamedTuple):
     change: str  # in words
     distance: float  # squared, of the log from the machines with the change
     size: float
+    keys: dict[str, float]  # of the scenario, with their values on the changed machine
 
 
 class Check(NamedTuple):
@@ -56,6 +59,7 @@ class Check(NamedTuple):
     measured: dict[str, float]  # numbers of the log, with units in their names
     expected: dict[str, tuple[float, float]]  # 5 and 95 % of the machines
     explanations: tuple[Explanation, ...]  # the best first
+    again: str = ""  # whether to design again
 
     @property
     def unlike(self) -> bool:
@@ -71,7 +75,8 @@ class Check(NamedTuple):
         best = self.explanations[0]
         near = [x.name for x in self.explanations[1:] if x.distance < best.distance + ALIKE]
         other = f" (or {', '.join(near)})" if near else ""
-        return f"the machine does NOT do what was promised ({chance}): {best.change}{other}"
+        what = f"{best.change}{other}{self.again}"
+        return f"the machine does NOT do what was promised ({chance}): {what}"
 
     def numbers(self) -> Json:
         """Return the output of ``hfc check --json``."""
@@ -102,7 +107,7 @@ class Check(NamedTuple):
         return tables
 
 
-def check(setup: Setup, log: Recording, name: str) -> Check:
+def against(setup: Setup, log: Recording, name: str) -> Check:
     """Return how a log compares with the machines of ``setup``, the nominal one first.
 
     Raises:
@@ -115,20 +120,17 @@ def check(setup: Setup, log: Recording, name: str) -> Check:
     measured = compared.features(log.command[:, None], log.place[:, None])
     command, place = compared.followed(setup.machines)
     drawn = compared.features(command, place)[:, 1:]
-    mean, inverse = _shrunk(drawn[:, : int(MAKING * drawn.shape[1])])
-
-    def distance(features: Floats) -> Floats:
-        off = features - mean[:, None]
-        return np.asarray(np.einsum("ij,ik,kj->j", off, inverse, off))
-
-    ranks, own = distance(drawn[:, int(MAKING * drawn.shape[1]) :]), float(distance(measured)[0])
+    made = int(MAKING * drawn.shape[1])
+    usual = _Usual.of(drawn[:, :made])
+    ranks = usual.distance(drawn[:, made:] - usual.mean[:, None])
+    own = float(usual.distance(measured - usual.mean[:, None])[0])
     p_value = float((1.0 + np.sum(ranks >= own)) / (1.0 + len(ranks)))
     band = compared.numbers(command[:, 1:], place[:, 1:])
     expected = {
         k: (float(np.quantile(x, 0.05)), float(np.quantile(x, 0.95))) for k, x in band.items()
     }
     shown = compared.numbers(log.command[:, None], log.place[:, None])
-    explained = _explained(setup, compared, measured - mean[:, None], inverse)
+    explained = _explained(setup, compared, measured - usual.mean[:, None], usual)
     values = {k: float(x[0]) for k, x in shown.items()}
     return Check(name, drawn.shape[1], p_value, values, expected, tuple(explained))
 
@@ -173,20 +175,38 @@ class _Compared:
         }
 
 
-def _shrunk(features: Floats) -> tuple[Floats, Floats]:
-    """Return mean and inverse covariance of features (features, machines), by Ledoit and Wolf."""
-    size, count = features.shape
-    mean = features.mean(axis=1)
-    off = features - mean[:, None]
-    scale = off.std(axis=1) + 1e-12 * (np.abs(mean) + 1e-300)
-    unit = off / scale[:, None]
-    sample = unit @ unit.T / count
-    level = np.trace(sample) / size
-    apart = np.sum((sample - level * np.eye(size)) ** 2)
-    noise = (np.sum(np.sum(unit**2, axis=0) ** 2) / count - np.sum(sample**2)) / count
-    share = float(np.clip(noise / max(apart, 1e-300), 1e-6, 1.0))
-    whole = share * level * np.eye(size) + (1.0 - share) * sample
-    return mean, np.linalg.inv(whole) / np.outer(scale, scale)
+class _Usual(NamedTuple):
+    """What is usual among machines: of their features mean, size, and inverse correlation."""
+
+    mean: Floats  # (features,)
+    size: Floats  # (features,)
+    inverse: Floats  # (features, features)
+
+    @classmethod
+    def of(cls, features: Floats) -> "_Usual":
+        """Return it from features (features, machines), the covariance by Ledoit and Wolf."""
+        count, machines = features.shape
+        mean = np.median(features, axis=1)
+        off = features - mean[:, None]
+        size = off.std(axis=1) + 1e-12 * (np.abs(mean) + 1e-300)
+        unit = _soft(off / size[:, None])
+        sample = unit @ unit.T / machines
+        level = np.trace(sample) / count
+        apart = np.sum((sample - level * np.eye(count)) ** 2)
+        noise = (np.sum(np.sum(unit**2, axis=0) ** 2) / machines - np.sum(sample**2)) / machines
+        share = float(np.clip(noise / max(apart, 1e-300), 1e-6, 1.0))
+        whole = share * level * np.eye(count) + (1.0 - share) * sample
+        return cls(mean, size, np.linalg.inv(whole))
+
+    def distance(self, off: Floats) -> Floats:
+        """Return squared distances (n,) of features (features, n) less the mean."""
+        unit = _soft(off / self.size[:, None])
+        return np.asarray(np.einsum("ij,ik,kj->j", unit, self.inverse, unit))
+
+
+def _soft(unit: Floats) -> Floats:
+    """Return deviations in standard errors, limited: else one odd stretch would hide the others."""
+    return np.asarray(unit / np.sqrt(1.0 + (unit / ODD) ** 2))
 
 
 class _Change(NamedTuple):
@@ -194,14 +214,13 @@ class _Change(NamedTuple):
 
     name: str
     words: str  # with {} for a size
+    keys: dict[str, float]  # of the scenario -> its value
     sizes: Floats
     none: float  # the size without a change
     machines: Machines
 
 
-def _explained(
-    setup: Setup, compared: _Compared, off: Floats, inverse: Floats
-) -> list[Explanation]:
+def _explained(setup: Setup, compared: _Compared, off: Floats, usual: _Usual) -> list[Explanation]:
     """Return what would explain features ``off`` those of the machines, the best first."""
     changes = [*_factors(setup), *_around(setup, compared)]
     true = [one.machines.actual for one in changes]
@@ -214,11 +233,12 @@ def _explained(
         low = np.minimum(place.astype(int), len(one.sizes) - 2)
         share = place - low
         left = off - curve[:, low] * (1.0 - share) - curve[:, low + 1] * share
-        distance = np.einsum("ij,ik,kj->j", left, inverse, left)
+        distance = usual.distance(left)
         k = int(np.argmin(distance))
         size = float(one.sizes[low[k]] * (1.0 - share[k]) + one.sizes[low[k] + 1] * share[k])
         words = one.words.format(three_digits(size))
-        found.append(Explanation(one.name, words, float(distance[k]), size))
+        keys = {key: x * size if one.none else x + size for key, x in one.keys.items()}
+        found.append(Explanation(one.name, words, float(distance[k]), size, keys))
     return sorted(found, key=lambda one: one.distance)
 
 
@@ -227,6 +247,7 @@ def _factors(setup: Setup) -> Iterator[_Change]:
     axis, drive = setup.axis, setup.scenario.machine.drives[setup.axis]
     values, rubs = setup.scenario.plant.values()[axis], friction_of(drive)
     groups = {FRICTION: rubs} if rubs else {}
+    several = _table(setup)
     groups |= {
         x: [x] for x in values._fields if x not in (*rubs, *drive.exact) and getattr(values, x)
     }
@@ -240,7 +261,15 @@ def _factors(setup: Setup) -> Iterator[_Change]:
         own = jax.tree.map(lambda *x: np.array(x, float), *(changed[k] for k in good))
         true = tuple(own if k == axis else x for k, x in enumerate(some.actual))
         machines = standing(Machines(some.nominal, true), setup.scenario, setup.loop)
-        yield _Change(name, f"{name} times {{}}", np.array(FACTORS)[good], 1.0, machines)
+        keys = {f"plant{several or '.parameters'}.{x}": getattr(values, x) for x in parameters}
+        words = f"{name} times {{}}"
+        yield _Change(name, words, keys, np.array(FACTORS)[good], 1.0, machines)
+
+
+def _table(setup: Setup) -> str:
+    """Return where a table of the scenario has the keys of the axis, if there are several."""
+    axes = setup.scenario.machine.axes
+    return f".axes.{axes[setup.axis]}" if len(axes) > 1 else ""
 
 
 def _around(setup: Setup, compared: _Compared) -> Iterator[_Change]:
@@ -254,4 +283,6 @@ def _around(setup: Setup, compared: _Compared) -> Iterator[_Change]:
         more = np.zeros((len(setup.loop.limits), len(sizes)))
         more[setup.axis] = sizes
         machines = standing(some, setup.scenario, setup.loop, {name: more})
-        yield _Change(name, words, sizes, 0.0, machines)
+        now = setup.scenario.limits.of(setup.scenario.machine.axes[setup.axis]).delay_samples
+        keys = {f"limits{_table(setup)}.{DELAY}": now} if name == DELAY else {}
+        yield _Change(name, words, keys, sizes, 0.0, machines)

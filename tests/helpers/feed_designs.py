@@ -15,7 +15,7 @@ from hfc_design.core.lanes import LANES
 from hfc_design.files.design import design_json, parse_design
 from hfc_design.files.loop_setup import load_design
 from hfc_design.runtime import Controller
-from hfc_design.simulation.stepping import _rows
+from hfc_design.simulation.stepping import nested
 
 devices.configure()
 
@@ -89,7 +89,7 @@ def jax_motion(controller, gains, references, dtype=np.float64):
 @partial(jax.jit, static_argnums=0)
 def _jax_motion(controller, gains, references):
     zeros = jnp.zeros(jax.tree.leaves(gains)[0].shape[-1], references.dtype)
-    memory = begun(controller, LANES, zeros, jax.tree.map(_rows, gains))
+    memory = begun(controller, LANES, zeros, jax.tree.map(nested, gains))
     start = memory, zeros, zeros
 
     def sample(gains, carry, reference):
@@ -102,7 +102,7 @@ def _jax_motion(controller, gains, references):
     every = jax.vmap(sample, in_axes=(0, 0, None))
 
     def body(carry, reference):
-        return every(jax.tree.map(_rows, gains), carry, reference)
+        return every(jax.tree.map(nested, gains), carry, reference)
 
     return lax.scan(body, start, references)[1]
 
