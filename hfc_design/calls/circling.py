@@ -17,6 +17,8 @@ from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.logs.circles import SIGNALS, positions
 from hfc_design.logs.reading import read_log
 from hfc_design.motion.circularity import (
+    EXACT,
+    NEAR,
     OFFSET,
     RADIUS,
     causes,
@@ -72,9 +74,11 @@ def circle(
         path = np.stack([signals["x"], signals["y"]])
         reference = [signals[name] for name in ("x_reference", "y_reference") if name in signals]
         guide = np.stack(reference) if len(reference) == 2 else path
-        unknown = [OFFSET] * (guide is path) + [RADIUS] * (guide is path and radius is None)
-        centre, size = nominal_circle(guide, radius)
-        parts, longest = full_turns(guide - centre[:, None], size)
+        fitted, near = (guide is path), (NEAR if guide is path else EXACT)
+        unknown = [OFFSET] * fitted + [RADIUS] * (fitted and radius is None)
+        centre, fit = nominal_circle(guide, radius, near)
+        parts, longest = full_turns(guide - centre[:, None], fit, near)
+        size = radius or fit
         if not parts:
             arc = f"(got an arc of {degrees(longest):.0f} deg)"
             raise ValueError(f"X and Y must go around a circle by a full turn {arc}")

@@ -136,7 +136,7 @@ def numbered(text: str, name: str, metavar: str, example: str, below: float | No
     With ``below``, a number must be between 0 and that.
     """
 
-    def numbers(_: click.Context, __: click.Parameter, texts: Texts) -> dict[str, float]:
+    def numbers(ctx: click.Context, param: click.Parameter, texts: Texts) -> dict[str, float]:
         from hfc_design.core.numbers import number_or_none
 
         found = {}

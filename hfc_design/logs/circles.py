@@ -21,14 +21,17 @@ def positions(log: Log, told: Iterable[str]) -> dict[str, Floats]:
     columns = dict[str, tuple[str, str | None]]()
     for name, unit in SIGNALS.items():
         for column in log.columns:
-            if _parts(column, unit)[0].removesuffix(IMPLIED) == name:
+            if _parts(column, unit)[0].lower().removesuffix(IMPLIED) == name:
                 columns[name] = column, None
     for text in told:
         match = MAPPED.fullmatch(text)
-        if not match or match["name"].lower() not in SIGNALS or match["column"] not in log.columns:
+        name, wanted = (match["name"].lower(), match["column"]) if match else ("", "")
+        unit = SIGNALS.get(name, "")
+        named = [x for x in log.columns if wanted in (x, _parts(x, unit)[0])]
+        if not match or not unit or not named:
             known = f"NAME=COLUMN with a name of {', '.join(SIGNALS)}"
             raise ValueError(f"{text[:60]!r}: must be {known}; {listed_columns(log)}")
-        columns[match["name"].lower()] = match["column"], match["unit"]
+        columns[name] = named[0], match["unit"]
     if missing := [name for name in ("x", "y") if name not in columns]:
         hint = f"{column_hint(missing[0])}; {listed_columns(log)}"
         raise ValueError(f"which column is the position {missing[0]}? {hint}")
@@ -45,5 +48,5 @@ def _parts(column: str, unit: str) -> tuple[str, str]:
     for begin, end in parts_of(column):
         with suppress(ValueError):
             number(f"1 {end}", unit)
-            return begin.lower(), end
-    return column.lower(), unit
+            return begin, end
+    return column, unit

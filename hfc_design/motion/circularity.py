@@ -14,23 +14,25 @@ from hfc_design.core.numbers import Floats, rms
 
 Turns: TypeAlias = Mapping[int, Floats]
 NAMES = {1: "XY", -1: "YX"}
-#: A circle may be off its radius by this share, and lack this angle, as its last sample need not be
-#: its first; a path that goes back by less than this angle only trembles [rad].
-NEAR, GAP, BACK = 0.03, 0.07, 0.2
+#: A path may be off its circle by this share of the radius, a reference by that; a turn may lack
+#: this angle, as its last sample need not be its first; within that a path only trembles [rad].
+NEAR, EXACT, GAP, BACK = 0.03, 1e-3, 0.07, 0.2
 #: Points that try circles; steps of Gauss and Newton, and most linear programs.
 POINTS, STEPS, PROGRAMS = 400, 8, 60
 #: Sectors of a turn, which count alike; least share of the squares left that a cause must explain;
 #: share of its largest deviation at which a spike ends; widths and decays that are tried [deg].
 SECTORS, LEAST, TAIL = 1440, 0.05, 0.05
-WIDTHS, DECAYS = 0.1 * 1.4 ** np.arange(15), (0.5, 1.5, 4.0, 10.0)
+WIDTHS, DECAYS = 0.15 * 1.5 ** np.arange(12), (0.5, 2.0, 8.0)
 RADIUS, OFFSET, SCALE, REST = "radius", "centre offset", "scale mismatch", "vibration and rest"
 SQUARE, SERVO, EITHER = "squareness", "servo mismatch", "squareness or servo mismatch"
 BACKLASH, SPIKES = "backlash of {}", "reversal spikes of {}"
 
 
-def nominal_circle(path: Floats, radius: float | None = None) -> tuple[Floats, float]:
-    """Return centre and radius (if not given) of the circle that most of a path is on."""
-    extent = np.ptp(path, axis=1).max()
+def nominal_circle(
+    path: Floats, radius: float | None = None, near: float = NEAR
+) -> tuple[Floats, float]:
+    """Return centre and radius of the circle, near ``radius``, that most of a path is on."""
+    extent = np.ptp(path, axis=1).max() or 1.0
     cells = np.round(path * (POINTS / extent))
     moved = np.flatnonzero((np.diff(cells, prepend=np.nan) != 0).any(axis=0))  # dwells count once
     points = path[:, moved[:: 1 + len(moved) // POINTS]]
@@ -44,32 +46,35 @@ def nominal_circle(path: Floats, radius: float | None = None) -> tuple[Floats, f
         off = np.abs(np.hypot(*(points[:, :, None] - centres[:, None])) - size)
         fits = (np.abs(size - (radius or size)) <= NEAR * size) & (size < extent)
         best = int(np.where(fits, (off <= NEAR * size).sum(axis=0), -1).argmax())
+    if not fits[best]:
+        return path.mean(axis=1), 0.0
     centre, found = centres[:, best], float(radius or size[best])
-    for _ in range(2):
-        if turns := full_turns(path - centre[:, None], found)[0].values():
+    for share in (NEAR, near):
+        if turns := full_turns(path - centre[:, None], found, share)[0].values():
             centre, found = least_squares_circle(np.hstack([path[:, part] for part in turns]))
-    return centre, radius or found
+    return centre, found
 
 
-def full_turns(path: Floats, radius: float) -> tuple[dict[int, slice], float]:
+def full_turns(path: Floats, radius: float, near: float = NEAR) -> tuple[dict[int, slice], float]:
     """Return the first full turn of a path about the origin in each direction, as its samples.
 
     Of a longer arc the middle is taken, without run-up and feed-out. The longest arc [rad] follows.
+    The path belongs to the circle where its ``radius`` is off by less than the share ``near``.
     """
     from scipy.signal import find_peaks  # takes long to import
 
     angle = np.unwrap(np.arctan2(path[1], path[0]))
-    near = np.abs(np.hypot(*path) - radius) <= NEAR * radius
+    inside = np.abs(np.hypot(*path) - radius) <= near * radius
     back = [find_peaks(side * angle, prominence=BACK)[0] for side in NAMES]
-    cuts = np.unique(np.hstack([0, len(angle), np.flatnonzero(np.diff(near)) + 1, *back]))
+    cuts = np.unique(np.hstack([0, len(angle), np.flatnonzero(np.diff(inside)) + 1, *back]))
     turns, longest = dict[int, slice](), 0.0
     for begin, end in pairwise(cuts.tolist()):
         change = angle[begin:end] - angle[begin]
         side = 1 if change[-1] > 0 else -1
         swept, arc = side * change, float(abs(change[-1]))
         lead = 0.5 * max(arc - 2.0 * np.pi, 0.0)
-        longest = max(longest, arc if near[begin] else 0.0)
-        if near[begin] and arc >= 2.0 * np.pi - GAP and side not in turns:
+        longest = max(longest, arc if inside[begin] else 0.0)
+        if inside[begin] and arc >= 2.0 * np.pi - GAP and side not in turns:
             first = begin + np.flatnonzero(swept <= lead)[-1]
             last = begin + np.flatnonzero(swept >= min(lead + 2.0 * np.pi, arc))[0]
             turns[side] = slice(int(first), int(last) + 1)

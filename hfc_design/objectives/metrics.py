@@ -171,7 +171,7 @@ METRICS: tuple[Metric, ...] = (
     ),
     _circle(
         "bidirectional_circular_deviation",
-        "the same of both directions together, G(b)",
+        "circular deviation G(b) of both directions together (ISO 230-4)",
         4,
         lambda turns, radius: [minimum_zone(np.concatenate(turns, axis=1))],
         2,

@@ -87,7 +87,8 @@ class CircleTest(NamedTuple):
             [x.name, f"{1e3 * x.size:.1f}", f"{100 * x.size / total:.0f}", self._detail(x)]
             for x in self.causes
         ]
-        title = f"radius {self.radius:.6g} mm" + f", feed {self.feed:.4g} mm/min" * bool(self.feed)
+        feed = f", feed {self.feed:.4g} mm/min" if self.feed else ""
+        title = f"radius {self.radius:.6g} mm{feed}"
         head = ["deviation (ISO 230-4)", "symbol", "value [µm]", "limit [µm]", ""]
         found = Table("", ["cause", "size [µm]", "share [%]", "detail"], sized)
         return [Table("", head, rows, title=title), found, text(*self.notes)]
