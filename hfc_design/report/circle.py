@@ -122,7 +122,7 @@ class CircleTest(NamedTuple):
         scale = f"{deviations.title}; one ring: {1e3 * division:g} µm, outwards is positive"
         figure.text(middle, low, scale, ha="center", fontsize=8)
         left, wide, tops = (0.1, 0.8, (0.415, 0.26)) if page else (0.5, 0.49, (0.96, 0.5))
-        _write(figure, deviations, (left, 0.0, wide, tops[0]), (0.46, 0.15, 0.14, 0.14, 0.1))
+        _write(figure, deviations, (left, 0.0, wide, tops[0]), (0.45, 0.14, 0.16, 0.15, 0.1))
         _write(figure, causes, (left, 0.0, wide, tops[1]), (0.35, 0.14, 0.15, 0.36))
         if page:
             verdict = {None: "", True: ": within all limits", False: ": not within all limits"}

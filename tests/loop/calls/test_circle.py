@@ -13,7 +13,7 @@ GAP, FEED = 0.05, 300.0  # backlash of Y [mm], feed [mm/min]
 
 @pytest.fixture(scope="module")
 def tested(tmp_path_factory):
-    """A table with a P controller of each axis on the encoders at the motors, hardly any friction."""
+    """A table with P controllers on the encoders at its motors, and with hardly any friction."""
     pids = {x: {"kind": "pid", "pid": {"k_p": k, "k_i": 0.0, "k_d": 0.0}} for x, k in GAINS.items()}
     path = tmp_path_factory.mktemp("circle") / "soft-x.json"
     text = {
