@@ -69,34 +69,44 @@ def circle(
             check_positive(key, value)
     for key, value in (limits or {}).items():
         check_positive("limit", value, argument="limits", key=key)
-    with as_user_error(of if isinstance(of, str | Path) else of.name):
-        signals = _simulated(of, scenario) if not is_log(of) else positions(read_log(of), columns)
-        path = np.stack([signals["x"], signals["y"]])
-        reference = [signals[name] for name in ("x_reference", "y_reference") if name in signals]
-        guide = np.stack(reference) if len(reference) == 2 else path
-        fitted, near = (guide is path), (NEAR if guide is path else EXACT)
-        unknown = [OFFSET] * fitted + [RADIUS] * (fitted and radius is None)
-        centre, fit = nominal_circle(guide, radius, near)
-        parts, longest = full_turns(guide - centre[:, None], fit, near)
-        size = radius or fit
-        if not parts:
-            arc = f"(got an arc of {degrees(longest):.0f} deg)"
-            raise ValueError(f"X and Y must go around a circle by a full turn {arc}")
-        if (fewest := min(part.stop - part.start for part in parts.values())) < FEWEST:
-            raise ValueError(f"a turn must have at least {FEWEST} samples (got {fewest})")
-        turns = {side: path[:, part] - centre[:, None] for side, part in parts.items()}
-        if feed is None and "time" in signals:
-            lasted = max(float(np.ptp(signals["time"][part])) for part in parts.values())
-            feed = 120.0 * pi * size / lasted if lasted else None
+    with as_user_error(getattr(of, "name", of)):
+        signals = positions(read_log(of), columns) if is_log(of) else _simulated(of, scenario)
+        turns, size, lasted, unknown = _turns(signals, radius)
         found = deviations(turns, size, centred)
         if RADIUS in unknown:
             found.pop("D", None)
         known = dict.fromkeys(meant(symbol)[0] for symbol in found)
         if other := next((key for key in limits or () if key not in known), None):
             raise ValueError(f"limit {other}: must be of a measured deviation: {', '.join(known)}")
+    feed = feed or (120.0 * pi * size / lasted if lasted else None)
     told = [one for one in causes(turns, size) if one.name not in unknown]
     notes = [FITTED.format(" and ".join(unknown))] * bool(unknown) + [ONE] * (len(turns) < 2)
     return CircleTest(turns, size, feed, found, told, limits or {}, about, notes)
+
+
+def _turns(
+    signals: dict[str, Floats], radius: float | None
+) -> tuple[dict[int, Floats], float, float, list[str]]:
+    """Return full turns about their centre, radius, time of a turn [s] (or 0), what is fitted.
+
+    Raises:
+        ValueError: there is no full turn, or it has too few samples.
+    """
+    path = np.stack([signals["x"], signals["y"]])
+    reference = [signals[name] for name in ("x_reference", "y_reference") if name in signals]
+    guide, near = (np.stack(reference), EXACT) if len(reference) == 2 else (path, NEAR)
+    centre, fit = nominal_circle(guide, radius, near)
+    parts, longest = full_turns(guide - centre[:, None], fit, near)
+    if not parts:
+        arc = f"(got an arc of {degrees(longest):.0f} deg)"
+        raise ValueError(f"X and Y must go around a circle by a full turn {arc}")
+    if (fewest := min(part.stop - part.start for part in parts.values())) < FEWEST:
+        raise ValueError(f"a turn must have at least {FEWEST} samples (got {fewest})")
+    turns = {side: path[:, part] - centre[:, None] for side, part in parts.items()}
+    unknown = [OFFSET] * (guide is path) + [RADIUS] * (guide is path and radius is None)
+    time = signals.get("time", np.zeros(path.shape[1]))
+    lasted = max(float(np.ptp(time[part])) for part in parts.values())
+    return turns, radius or fit, lasted, unknown
 
 
 def is_log(of: AnyDesign) -> TypeGuard[str | Path]:

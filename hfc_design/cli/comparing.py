@@ -6,7 +6,9 @@ import time
 from collections.abc import Callable
 from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+import click
 
 from hfc_design.cli import options as common
 from hfc_design.cli.binding import Answer, Texts, argument, command, option
@@ -23,12 +25,23 @@ SCENARIO_HELP = (
 SPREAD_HELP = (
     "Relative spread of machine parameters [default: robust.spread and its tolerances, or 0.2]."
 )
-TOLERANCE_HELP = "Relative spread of one parameter, as backlash=0.5; can be given several times."
-TOLERANCES: Any = common.numbered(
-    TOLERANCE_HELP, "--tolerance", "PARAMETER=SHARE", "backlash=0.5", 1.0
-)
 #: Files that ``--out`` writes into its folder.
 PAGE, TABLE, NUMBERS = "report.html", "comparison.csv", "comparison.json"
+
+
+def _shares(context: click.Context, option: click.Parameter, values: Texts) -> dict[str, float]:
+    """Return parameter -> spread from texts as ``backlash=0.5``; BadParameter: another form."""
+    from hfc_design.core.numbers import number_or_none
+
+    shares = {}
+    for value in values:
+        name, _, share = value.partition("=")
+        if (number := number_or_none(share)) is None:
+            raise click.BadParameter(f"{value!r}: must be NAME=SHARE, as in backlash=0.5")
+        if not 0.0 < number < 1.0:
+            raise click.BadParameter(f"{value!r}: must be between 0 and 1")
+        shares[name] = number
+    return shares
 
 
 @command("Compare DESIGNS on the same machines.", last=common.ON_A_PLANT)
@@ -37,7 +50,14 @@ def compare(
     scenarios: Texts = option(SCENARIO_HELP, "--scenario", kind=SCENARIO),
     changes: Texts = common.SETTING,
     spread: float | None = option(SPREAD_HELP),
-    tolerances: dict[str, float] = TOLERANCES,
+    tolerances: dict[str, float] = option(
+        "Relative spread of one parameter, as backlash=0.5; can be given several times.",
+        "--tolerance",
+        kind=click.STRING,
+        multiple=True,
+        metavar="PARAMETER=SHARE",
+        callback=_shares,
+    ),
     machines: int = option("Number of perturbed machines [default: 200].", low=1, default=200),
     seed: int = option("Random seed of the machines [default: 0].", low=0, default=0),
     out: Path | None = common.output("Folder for page, CSV and JSON.", folder=True),

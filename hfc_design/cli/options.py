@@ -130,29 +130,6 @@ def _known(ctx: click.Context, option: click.Parameter, value: str | Texts | Non
     ctx.meta[f"hfc.{key}"] = name
 
 
-def numbered(text: str, name: str, metavar: str, example: str, below: float | None = None) -> Any:
-    """Return an option for texts as ``example``, NAME=NUMBER; its value is a dict.
-
-    With ``below``, a number must be between 0 and that.
-    """
-
-    def numbers(ctx: click.Context, param: click.Parameter, texts: Texts) -> dict[str, float]:
-        from hfc_design.core.numbers import number_or_none
-
-        found = {}
-        for one in texts:
-            key, _, number = one.partition("=")
-            if (value := number_or_none(number)) is None:
-                raise click.BadParameter(f"{one!r}: must be {metavar}, as in {example}")
-            if below is not None and not 0.0 < value < below:
-                raise click.BadParameter(f"{one!r}: must be between 0 and {below:g}")
-            found[key] = value
-        return found
-
-    settings: dict[str, Any] = {"multiple": True, "metavar": metavar, "callback": numbers}
-    return option(text, name, kind=click.STRING, **settings)
-
-
 #: Options that only load parts which files name; the same, where --plant also selects the plant.
 KNOWING = tuple(plugins(KNOWN))
 ON_A_PLANT = tuple(plugins(KNOWN | {"plant": CHOICES["plant"]}))
