@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 from hfc_design.attainable.attainable import Attainable, attainable
 from hfc_design.batch.findings import Findings
 from hfc_design.calls.batching import batch, findings
+from hfc_design.calls.circling import circle
 from hfc_design.calls.exchanging import export, import_
 from hfc_design.calls.frequency import frequency
 from hfc_design.calls.identifying import check, experiment, identify
@@ -43,6 +44,7 @@ from hfc_design.identify.experiment import Experiment
 from hfc_design.identify.result import Identified
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
 from hfc_design.plotting.section import Drawing, Section
+from hfc_design.report.circle import CircleTest
 from hfc_design.report.designs import picture
 from hfc_design.runs.run import Result
 from hfc_design.runtime import Controller
@@ -103,6 +105,8 @@ __all__ = ["Design", "Scenario", "load_design", "load_scenario"]
 __all__ += ["RunError", "UserError"]
 # A machine identified from its log.
 __all__ += ["Check", "Experiment", "Identified", "check", "experiment", "identify"]
+# A circular test of a machine, or of a design.
+__all__ += ["CircleTest", "circle"]
 # A controller that is searched, picked from a front, made by hand, or taught.
 __all__ += ["Result", "Search", "design", "pick", "strategies", "with_gains"]
 __all__ += ["Lesson", "Taught", "taught"]

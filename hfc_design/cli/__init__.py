@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from hfc_design import __version__
+from hfc_design.cli.circling import circle
 from hfc_design.cli.comparing import compare
 from hfc_design.cli.designing import design
 from hfc_design.cli.exchange import export, import_
@@ -23,7 +24,19 @@ from hfc_design.cli.usage import Refusing, as_lines, refusal
 #: Commands in the order in which a user meets them.
 COMMANDS = (
     *(list_, show, init, design, pick, score, compare, simulate, train, experiment, identify),
-    *(frequency, check, export, import_, explain, plot, stability, attainable, report, batch),
+    *(
+        frequency,
+        check,
+        export,
+        import_,
+        circle,
+        explain,
+        plot,
+        stability,
+        attainable,
+        report,
+        batch,
+    ),
 )
 SETTINGS = {"help_option_names": ["-h", "--help"]}
 

@@ -100,13 +100,16 @@ class Circle(Trajectory):
     kind: Literal["circle"] = "circle"
     radius_mm: Positive  # radius about the origin, starting at (radius, 0) [mm]
     feed_mm_min: Positive  # feed along the path [mm/min]
-    direction: Literal["ccw", "cw"] = "ccw"  # ccw: counter-clockwise; cw: clockwise
-    cycles: Positive = 1.0  # number of cycles, also fractions [1]
+    #: ccw: counter-clockwise; cw: clockwise; both: all cycles counter-clockwise, then back
+    direction: Literal["ccw", "cw", "both"] = "ccw"
+    cycles: Positive = 1.0  # number of cycles in a direction, also fractions [1]
 
     def _segments(self) -> Iterable[Segment]:
-        turns = self.cycles if self.direction == "ccw" else -self.cycles
-        start, centre = (self.radius_mm, 0.0), (0.0, 0.0)
-        return [arc(start, centre, 2 * pi * turns, self.feed_mm_min)]
+        angle = 2 * pi * self.cycles
+        swept = {"ccw": [angle], "cw": [-angle], "both": [angle, -angle]}[self.direction]
+        for begin, change in zip((0.0, angle), swept, strict=False):
+            start = (self.radius_mm * cos(begin), self.radius_mm * sin(begin))
+            yield arc(start, (0.0, 0.0), change, self.feed_mm_min)
 
 
 class Line(Trajectory):

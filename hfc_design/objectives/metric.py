@@ -117,6 +117,7 @@ class Metric(NamedTuple):
     exists: Callable[[Sequence[Drive]], bool] | None = None  # with these drives; None: always
     path: bool = False  # whether it needs a machine that follows a path
     doubled: bool = False  # whether it needs a copy of the machine with a disturbed start
+    directions: int = 0  # of a circle: so many directions in which it needs a full turn
 
     @property
     def running(self) -> bool:

@@ -4,7 +4,7 @@ A new metric is an entry of ``METRICS`` and nothing else.
 """
 
 from collections.abc import Callable, Sequence
-from functools import cache, reduce
+from functools import cache, partial, reduce
 from operator import attrgetter
 from typing import Any
 
@@ -15,6 +15,7 @@ from jax.tree_util import Partial
 from hfc_design.core import numbers
 from hfc_design.core.numbers import Floats, Scalar, Truth
 from hfc_design.core.wording import one_of
+from hfc_design.motion.circularity import minimum_zone
 from hfc_design.motion.contour import Contour, off_path
 from hfc_design.motion.reversals import GLITCH_TIME
 from hfc_design.motion.samples import PathFrame
@@ -114,6 +115,14 @@ def _contour(
     return Metric(name, unit, meaning, **parts, exists=exists)
 
 
+def _circle(
+    name: str, meaning: str, rank: int, reduce_turns: Callable[..., Any], directions: int = 1
+) -> Metric:
+    """Return a metric: a function of full turns of a circle, in ``directions``, and its radius."""
+    read = partial(recorded.circular, reduce_turns, directions)
+    return _contour(name, meaning, rank, read, tables=(PLANE,))._replace(directions=directions)
+
+
 def _orientation(name: str, meaning: str, *of: Any) -> Metric:
     parts: Any = {"tables": (PROGRAM,), "exists": _rotary, "unit": "deg"}
     return _contour(name, meaning, 5, *of, **parts)
@@ -153,6 +162,25 @@ METRICS: tuple[Metric, ...] = (
         f"largest contour error except within {GLITCH_TIME:g} s after an axis starts or reverses",
         4,
         lambda off: off.error[off.undisturbed],
+    ),
+    _circle(
+        "circular_deviation",
+        "circular deviation G of a full turn (ISO 230-4)",
+        4,
+        lambda turns, radius: [*map(minimum_zone, turns)],
+    ),
+    _circle(
+        "bidirectional_circular_deviation",
+        "circular deviation G(b) of both directions together (ISO 230-4)",
+        4,
+        lambda turns, radius: [minimum_zone(np.concatenate(turns, axis=1))],
+        2,
+    ),
+    _circle(
+        "radial_deviation",
+        "largest radial deviation F of a full turn (ISO 230-4)",
+        0,
+        lambda turns, radius: np.hypot(*np.concatenate(turns, axis=1)) - radius,
     ),
     _contour(
         "known_rms_contour_error",

@@ -1,13 +1,16 @@
 """Metrics that are computed from recorded motions and are not sums over samples."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
 from hfc_design.core.numbers import Floats, Mask
+from hfc_design.motion.circularity import full_turns
 from hfc_design.motion.contour import Contour
 from hfc_design.motion.program import Program
 from hfc_design.motion.reversals import Glitch, turns
+from hfc_design.motion.trajectories import Circle
 from hfc_design.objectives.metric import AxisRecord, MotionRecord
 from hfc_design.objectives.stick_share import is_stuck
 
@@ -62,6 +65,16 @@ def cutting(off: Contour) -> Floats:
     """Return the contour error (samples,) without the samples of rapids."""
     assert isinstance(off.trajectory, Program)
     return off.error[off.trajectory.cutting(off.samples.distance)]
+
+
+def circular(reduce_turns: Callable[..., Any], directions: int, off: Contour) -> Floats | None:
+    """Return a function of the full turns of a circle and its radius; None: there are too few."""
+    assert isinstance(off.trajectory, Circle)
+    radius = off.trajectory.radius_mm
+    parts = full_turns(off.samples.position, radius)[0].values()
+    turns = [off.actual[:, part] / off.millimetres for part in parts]
+    short = len(turns) < directions
+    return None if short else np.asarray(reduce_turns(turns, radius / off.millimetres))
 
 
 def after(glitches: Sequence[Glitch]) -> Floats:

@@ -28,9 +28,12 @@ class Column(NamedTuple):
     value: Callable[[MotionRecord], float | None]
 
 
-def columns(machine: Machine, table: str) -> dict[str, Column]:
-    """Return key -> column, of the ``table`` ``ALONE``, ``PLANE`` or ``PROGRAM`` of a machine."""
-    listed = [one for one in METRICS if table in one.tables]
+def columns(machine: Machine, table: str, directions: int = 0) -> dict[str, Column]:
+    """Return key -> column, of the ``table`` ``ALONE``, ``PLANE`` or ``PROGRAM`` of a machine.
+
+    ``directions`` is the number of those in which the path is a full circle.
+    """
+    listed = [one for one in METRICS if table in one.tables and one.directions <= directions]
     if table == ALONE:
         several = len(machine.axes) > 1
         pairs = enumerate(zip(machine.axes, machine.drives, strict=True))

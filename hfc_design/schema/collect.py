@@ -102,7 +102,7 @@ def _metrics(machine: Machine) -> dict[str, str]:
     drive = machine.drives[0]
     tables = {"": columns(machine, PROGRAM if len(machine.axes) > 1 else ALONE)}
     if len(machine.axes) == 1 and drive.millimetres is not None:
-        tables["in X-Y: "] = columns(Machine("", ("x", "y"), (drive, drive)), PLANE)
+        tables["in X-Y: "] = columns(Machine("", ("x", "y"), (drive, drive)), PLANE, 2)
     texts: dict[str, str] = {}
     for where, table in tables.items():
         for key, column in table.items():

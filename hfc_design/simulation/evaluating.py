@@ -27,6 +27,7 @@ from hfc_design.motion.phases import settled_samples
 from hfc_design.motion.program import Program
 from hfc_design.motion.samples import AxisSamples, Samples
 from hfc_design.motion.tool_path import program_errors
+from hfc_design.motion.trajectories import Circle
 from hfc_design.objectives.judge import Judge, Judged
 from hfc_design.objectives.metric import ALONE, PLANE, PROGRAM, AxisRecord, MotionRecord
 from hfc_design.objectives.tables import Column, columns, length_unit, values
@@ -353,10 +354,11 @@ def _metrics(
 
 def _table(scenario: Scenario) -> dict[str, Column]:
     """Return the metrics of one motion by key, without those of windows."""
-    path = ALONE
+    path, table = scenario.path, ALONE
     if scenario.follows_path:
-        path = PROGRAM if isinstance(scenario.path, Program) else PLANE
-    return columns(scenario.machine, path)
+        table = PROGRAM if isinstance(path, Program) else PLANE
+    turns = path.path.length if isinstance(path, Circle) and path.cycles >= 1.0 else ()
+    return columns(scenario.machine, table, len(turns))
 
 
 def table_of(scenario: Scenario) -> dict[str, Column]:

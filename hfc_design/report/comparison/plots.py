@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import MaxNLocator, NullFormatter
 
 from hfc_design.core.numbers import Floats, Indices
@@ -26,6 +25,7 @@ from hfc_design.plotting.figure import (
     round_above,
     stroke,
 )
+from hfc_design.report.circle import BAR, ball_bar
 from hfc_design.report.comparison.tables import titled
 from hfc_design.report.comparison.traces import extremes
 from hfc_design.report.panels import Panel, draw, stacked
@@ -40,10 +40,8 @@ MANY = 100.0
 ROUND = MaxNLocator(6, steps=[1, 2, 5, 10])
 #: Line width of deviations from a path, which are rough curves.
 THIN = {"lw": 1.0}
-#: Points of a circle, and slices of a deviation from a path.
+#: Slices of a deviation from a path.
 AROUND = 360
-#: Width of a division on the plot of a ball bar, as a share of the radius.
-BAR = 0.14
 #: Ratios that are further from 1 are drawn at the edge.
 FURTHEST = 1000.0
 #: Size of letters [pt].
@@ -189,18 +187,8 @@ Known = list[tuple[dict[str, Any], Contour]]  # how each design is drawn, and it
 
 def _ball_bar(figure: Figure, known: Known, division: float) -> tuple[Axes, str]:
     """Draw the radius against the angle; return the axes, and the scale as a text."""
-    axes = figure.add_subplot(projection="polar")
-    assert isinstance(axes, PolarAxes)
-    axes.plot(np.linspace(0.0, 2 * np.pi, AROUND), np.ones(AROUND), color="black", lw=0.9)
-    for style, path in known:
-        points = _rough(path.error)
-        x, y = path.actual[:, points]
-        radius = 1.0 + BAR * path.error[points] / division
-        axes.plot(np.unwrap(np.arctan2(y, x)), radius, **style)
-    axes.set_rticks([1.0 + BAR * k for k in (-2, -1, 1, 2)], [""] * 4)
-    axes.set_rlim(0.0, 1.0 + 3.2 * BAR)
-    axes.tick_params(labelsize=8)
-    axes.grid(color="0.8")
+    axes: Any = figure.add_subplot(projection="polar")
+    ball_bar(axes, [(np.arctan2(*x.actual[::-1]), x.error, style) for style, x in known], division)
     path = known[0][1]
     assert isinstance(path.trajectory, Circle)
     enlarged = BAR * path.trajectory.radius_mm / (division * path.millimetres)
