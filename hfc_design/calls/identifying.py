@@ -10,7 +10,7 @@ from hfc_design.core.wording import percent
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.identify import experiment_files, identified
-from hfc_design.identify.checking import LATER, Check, against
+from hfc_design.identify.checking import LATER, Check, Promise
 from hfc_design.identify.experiment import (
     CHECKED,
     Experiment,
@@ -196,7 +196,7 @@ def check(
             f"{name}: must be sampled every {setup.every:g} s, as the design "
             f"(got {recording.sample_time:g} s)"
         )
-    found = against(setup, recording, name)
+    found = Promise(setup, recording, name).check(recording, name)
     if not found.unlike or not (keys := found.explanations[0].keys):
         return found
     given = task.scenario.model_dump(exclude_unset=True)

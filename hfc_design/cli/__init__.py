@@ -24,19 +24,8 @@ from hfc_design.cli.usage import Refusing, as_lines, refusal
 #: Commands in the order in which a user meets them.
 COMMANDS = (
     *(list_, show, init, design, pick, score, compare, simulate, train, experiment, identify),
-    *(
-        frequency,
-        check,
-        export,
-        import_,
-        circle,
-        explain,
-        plot,
-        stability,
-        attainable,
-        report,
-        batch,
-    ),
+    *(frequency, check, export, import_, circle, explain, plot, stability, attainable),
+    *(report, batch),
 )
 SETTINGS = {"help_option_names": ["-h", "--help"]}
 

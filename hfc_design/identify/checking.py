@@ -9,6 +9,7 @@ machines with other values show how the log would change; the one that explains 
 """
 
 from collections.abc import Iterator
+from functools import cached_property
 from typing import NamedTuple
 
 import jax
@@ -58,7 +59,7 @@ class Check(NamedTuple):
     p_value: float
     measured: dict[str, float]  # numbers of the log, with units in their names
     expected: dict[str, tuple[float, float]]  # 5 and 95 % of the machines
-    explanations: tuple[Explanation, ...]  # the best first
+    explanations: tuple[Explanation, ...]  # the best first; (): it is not unlike
     again: str = ""  # whether to design again
 
     @property
@@ -107,72 +108,100 @@ class Check(NamedTuple):
         return tables
 
 
-def against(setup: Setup, log: Recording, name: str) -> Check:
-    """Return how a log compares with the machines of ``setup``, the nominal one first.
+class Promise:
+    """What machines do that follow the reference of a log; other logs of it can be checked too.
+
+    ``setup`` has the nominal machine first.
 
     Raises:
-        UserError: the log has no reference or no command.
+        UserError: the log (``name``) has no reference or no command.
     """
-    if log.reference is None or log.command is None:
-        missing = "reference" if log.reference is None else "command"
-        raise UserError(f"{name}: has no {missing}; a check needs reference, position and command")
-    compared = _Compared(setup, log)
-    measured = compared.features(log.command[:, None], log.place[:, None])
-    command, place = compared.followed(setup.machines)
-    drawn = compared.features(command, place)[:, 1:]
-    made = int(MAKING * drawn.shape[1])
-    usual = _Usual.of(drawn[:, :made])
-    ranks = usual.distance(drawn[:, made:] - usual.mean[:, None])
-    own = float(usual.distance(measured - usual.mean[:, None])[0])
-    p_value = float((1.0 + np.sum(ranks >= own)) / (1.0 + len(ranks)))
-    band = compared.numbers(command[:, 1:], place[:, 1:])
-    expected = {
-        k: (float(np.quantile(x, 0.05)), float(np.quantile(x, 0.95))) for k, x in band.items()
-    }
-    shown = compared.numbers(log.command[:, None], log.place[:, None])
-    explained = _explained(setup, compared, measured - usual.mean[:, None], usual)
-    values = {k: float(x[0]) for k, x in shown.items()}
-    return Check(name, drawn.shape[1], p_value, values, expected, tuple(explained))
 
-
-class _Compared:
-    """The motion of a log, followed by machines, and features of both."""
-
-    def __init__(self, setup: Setup, log: Recording):
-        assert log.reference is not None
-        self._setup, self.reference, self._added = setup, log.reference, log.added
+    def __init__(self, setup: Setup, log: Recording, name: str):
+        if log.reference is None or log.command is None:
+            missing = "reference" if log.reference is None else "command"
+            needs = "a check needs reference, position and command"
+            raise UserError(f"{name}: has no {missing}; {needs}")
+        self._setup, self._reference, self._added = setup, log.reference, log.added
         drive, sensors = setup.scenario.machine.drives[setup.axis], setup.scenario.sensors
         self._noise = sensors.of(setup.scenario.machine.axes[setup.axis]).noise
-        self._units = drive.units
-        self.usual = float(np.std(log.reference - log.place))  # its error
+        self._units, self._error = drive.units, float(np.std(log.reference - log.place))
+        command, place = self._followed(setup.machines)
+        drawn = self._features(command, place)[:, 1:]
+        made = int(MAKING * drawn.shape[1])
+        self._usual = _Usual.of(drawn[:, :made])
+        self._ranks = self._usual.distance(drawn[:, made:] - self._usual.mean[:, None])
+        each = self._numbers(command[:, 1:], place[:, 1:]).items()
+        quantiles = {name: np.quantile(x, (0.05, 0.95)).tolist() for name, x in each}
+        self._expected = {name: (low, high) for name, (low, high) in quantiles.items()}
 
-    def followed(self, machines: Machines, common: bool = False) -> tuple[Floats, Floats]:
+    def check(self, log: Recording, name: str) -> Check:
+        """Return how a log with this reference compares with the machines."""
+        assert log.command is not None
+        own = log.command[:, None], log.place[:, None]
+        off = self._features(*own) - self._usual.mean[:, None]
+        count, distance = len(self._ranks), self._usual.distance(off)
+        p_value = float((1.0 + np.sum(self._ranks >= distance)) / (1.0 + count))
+        values = {key: float(x[0]) for key, x in self._numbers(*own).items()}
+        explained = tuple(self._explained(off)) if p_value < UNLIKE else ()
+        machines = self._setup.machines.size - 1
+        return Check(name, machines, p_value, values, self._expected, explained)
+
+    def _followed(self, machines: Machines, common: bool = False) -> tuple[Floats, Floats]:
         """Return commands and positions (steps, machines) of machines that follow the reference."""
-        setup, begin = self._setup, self.reference[0]
+        setup, begin = self._setup, self._reference[0]
         about = (setup.loop, machines, setup.gains, setup.point.row, setup.axis)
-        moving = self.reference - begin, self._added
+        moving = self._reference - begin, self._added
         command, place = followed(*about, *moving, self._noise, machines.size, common)
         return command, place + begin
 
-    def features(self, command: Floats, place: Floats) -> Floats:
+    def _features(self, command: Floats, place: Floats) -> Floats:
         """Return means and roughness of error and command in each stretch, (features, n)."""
         features = []
-        for values in (self.reference[:, None] - place, command):
+        for values in (self._reference[:, None] - place, command):
             parts = np.array_split(values, STRETCHES)
             features += [part.mean(axis=0) for part in parts]
             bends = (np.diff(part, axis=0).std(axis=0) for part in parts)
             features += [np.log(bend + 1e-12) for bend in bends]
         return np.array(features)
 
-    def numbers(self, command: Floats, place: Floats) -> dict[str, Floats]:
+    def _numbers(self, command: Floats, place: Floats) -> dict[str, Floats]:
         """Return what a user knows a loop by, (n,) each, with units in the names."""
-        error, unit = self.reference[:, None] - place, self._units["error"]
+        error, unit = self._reference[:, None] - place, self._units["error"]
         return {
             f"rms error [{unit}]": np.sqrt(np.mean(error**2, axis=0)),
             f"largest error [{unit}]": np.abs(error).max(axis=0),
             f"rms command [{self._units['command']}]": np.sqrt(np.mean(command**2, axis=0)),
             f"chatter [{self._units['command']}]": np.abs(np.diff(command, axis=0)).mean(axis=0),
         }
+
+    @cached_property
+    def _curves(self) -> list[tuple["_Change", Floats]]:
+        """Changes, and how each changes the features (features, sizes)."""
+        changes = [*_factors(self._setup), *_around(self._setup, self._error)]
+        true = [one.machines.actual for one in changes]
+        whole = jax.tree.map(lambda *x: np.concatenate(x), *true)
+        every = Machines(self._setup.machines.nominal, whole)
+        ends = np.cumsum([len(one.sizes) for one in changes])[:-1]
+        parts = np.split(self._features(*self._followed(every, common=True)), ends, axis=1)
+        pairs = zip(changes, parts, strict=True)
+        return [(one, part - part[:, one.sizes == one.none]) for one, part in pairs]
+
+    def _explained(self, off: Floats) -> list[Explanation]:
+        """Return what would explain features ``off`` the mean, the best first."""
+        found = []
+        for one, curve in self._curves:
+            place = np.linspace(0.0, len(one.sizes) - 1.0, BETWEEN * (len(one.sizes) - 1) + 1)
+            low = np.minimum(place.astype(int), len(one.sizes) - 2)
+            share = place - low
+            left = off - curve[:, low] * (1.0 - share) - curve[:, low + 1] * share
+            distance = self._usual.distance(left)
+            k = int(np.argmin(distance))
+            size = float(one.sizes[low[k]] * (1.0 - share[k]) + one.sizes[low[k] + 1] * share[k])
+            words = one.words.format(three_digits(size))
+            keys = {key: x * size if one.none else x + size for key, x in one.keys.items()}
+            found.append(Explanation(one.name, words, float(distance[k]), size, keys))
+        return sorted(found, key=lambda one: one.distance)
 
 
 class _Usual(NamedTuple):
@@ -220,28 +249,6 @@ class _Change(NamedTuple):
     machines: Machines
 
 
-def _explained(setup: Setup, compared: _Compared, off: Floats, usual: _Usual) -> list[Explanation]:
-    """Return what would explain features ``off`` those of the machines, the best first."""
-    changes = [*_factors(setup), *_around(setup, compared)]
-    true = [one.machines.actual for one in changes]
-    every = Machines(setup.machines.nominal, jax.tree.map(lambda *x: np.concatenate(x), *true))
-    features, begin, found = compared.features(*compared.followed(every, common=True)), 0, []
-    for one in changes:
-        curve = features[:, begin : (begin := begin + len(one.sizes))]
-        curve = curve - curve[:, one.sizes == one.none]
-        place = np.linspace(0.0, len(one.sizes) - 1.0, BETWEEN * (len(one.sizes) - 1) + 1)
-        low = np.minimum(place.astype(int), len(one.sizes) - 2)
-        share = place - low
-        left = off - curve[:, low] * (1.0 - share) - curve[:, low + 1] * share
-        distance = usual.distance(left)
-        k = int(np.argmin(distance))
-        size = float(one.sizes[low[k]] * (1.0 - share[k]) + one.sizes[low[k] + 1] * share[k])
-        words = one.words.format(three_digits(size))
-        keys = {key: x * size if one.none else x + size for key, x in one.keys.items()}
-        found.append(Explanation(one.name, words, float(distance[k]), size, keys))
-    return sorted(found, key=lambda one: one.distance)
-
-
 def _factors(setup: Setup) -> Iterator[_Change]:
     """Yield each parameter times ``FACTORS``, as far as such machines exist; friction together."""
     axis, drive = setup.axis, setup.scenario.machine.drives[setup.axis]
@@ -272,9 +279,9 @@ def _table(setup: Setup) -> str:
     return f".axes.{axes[setup.axis]}" if len(axes) > 1 else ""
 
 
-def _around(setup: Setup, compared: _Compared) -> Iterator[_Change]:
+def _around(setup: Setup, error: float) -> Iterator[_Change]:
     """Yield longer delays of the command, and gaps before the encoder, unless the drive has one."""
-    drive, error = setup.scenario.machine.drives[setup.axis], compared.usual
+    drive = setup.scenario.machine.drives[setup.axis]
     each = {DELAY: (np.array(DELAYS), "{} samples of delay more")}
     if not getattr(setup.scenario.plant.values()[setup.axis], GAP, 0.0):
         each[GAP] = error * np.array(GAPS), f"{{}} {drive.units['error']} of backlash more"

@@ -135,8 +135,9 @@ def choose(
     some = np.arange(COMPARED)
     runs = [_simulated(setup, one, some) for one in candidates]
     inside = [run for run in runs if _reached(run, limits, every).max() <= 1.0]
+    short = UserError(f"{option('travel', limits.travel)}: is too short for any experiment")
     if not inside:
-        raise UserError(f"{option('travel', limits.travel)}: is too short for any experiment")
+        raise short
     own = _simulated(setup, _own_motion(scenario, setup, SEGMENTS * steps), some)
     noise = noise or NOTHING * limits.travel
     wanted, before = _information(scenario, setup, own, noise, names)
@@ -144,6 +145,8 @@ def choose(
     kept = _determined(tables.sum(axis=(0, 1)), len(wanted))
     before, tables = (x[..., kept, :][..., kept] for x in (before, tables))
     free = [wanted[k] for k in kept if k < len(wanted)]
+    if not free:
+        raise short
     chosen = _best(tables, len(free), [bool(run.segment.added.any()) for run in inside])
     total = tables[chosen].sum(axis=0)
     picked = [inside[k].segment for k in sorted(chosen)]

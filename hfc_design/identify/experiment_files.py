@@ -98,9 +98,11 @@ def drawn(made: Experiment) -> Figure:
 
 
 def _csv(made: Experiment, data: np.ndarray) -> str:
-    units = made.units["error"], made.units["command"]
-    head = "time [s],reference [{}],added [{}]\n".format(*units)
-    return head + "".join(f"{t:.9g},{x:.9g},{y:.9g}\n" for t, x, y in data)
+    head = f"time [s],reference [{made.units['error']}]"
+    if not made.added.any():  # a table that a scenario can name as its reference
+        return f"{head}\n" + "".join(f"{t:.9g},{x:.9g}\n" for t, x, _ in data)
+    rows = "".join(f"{t:.9g},{x:.9g},{y:.9g}\n" for t, x, y in data)
+    return f"{head},added [{made.units['command']}]\n{rows}"
 
 
 def _c(made: Experiment) -> Iterator[str]:

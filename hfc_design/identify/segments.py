@@ -23,8 +23,8 @@ ADDED, BITS = (0.03, 0.1, 0.3), (1, 2, 4)
 SLOW = 0.2
 #: Time for a change of the acceleration, as a share of that for the largest speed.
 JERK = 0.5
-#: Share of a segment in which a sine fades in and out; share of the limits that its middle uses.
-FADE, LEFT = 0.1, 0.6
+#: Share of a segment in which a sine fades in and out.
+FADE = 0.1
 #: Highest frequency of a sine of the reference, and of an added sweep [sampling rate].
 HIGHEST, SWEPT = 0.1, 0.4
 
@@ -61,11 +61,11 @@ def segments(limits: Limits, every: float, steps: int, add: bool) -> Iterator[Se
             if move := _to_and_fro(share * speed, far * travel, acceleration, every, steps):
                 yield move
     for hz in FREQUENCIES:
-        w = 2.0 * np.pi * hz
-        swing = LEFT * min(travel / 2.0, speed / w, acceleration / w**2)
         if hz * steps * every >= 1.0 and hz < HIGHEST / every:
-            sine = swing * fade * np.sin(w * time)
-            yield Segment(f"sine of the reference, {hz:g} Hz", sine, still)
+            sine = fade * np.sin(2.0 * np.pi * hz * time)
+            most = (0.5 * travel, speed * every, acceleration * every**2)
+            swing = min(x / np.abs(np.diff(sine, n)).max() for n, x in enumerate(most))
+            yield Segment(f"sine of the reference, {hz:g} Hz", swing * sine, still)
     if add:
         slow = _to_and_fro(SLOW * speed, travel, acceleration, every, steps)
         below, random = slow.reference if slow else still, np.random.default_rng(0)

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 #: Coherence below which a response is not shown: with it, its error is about a third.
 KNOWN = 0.5
+#: Most frequencies that are drawn.
+POINTS = 400
 #: Quantiles of the machines that bound a band.
 ENDS = (0.05, 0.95)
 #: Columns of the table: key of a number -> title with its unit.
@@ -34,9 +36,9 @@ COLUMNS = {
     "compliance": "compliance [{}]",
 }
 ABOUT = (
-    "Loop opened at its command. Phase, gain: margins; Ms: largest |1 / (1 + L)|; Mt: largest "
-    "|L / (1 + L)|, band: where that is -3 dB; compliance: largest |position / load|; –: not "
-    "among the frequencies whose coherence is at least {}"
+    "Loop opened at its command. From, to: where the coherence is at least {}; phase, gain: "
+    "margins; Ms: largest |1 / (1 + L)|; Mt: largest |L / (1 + L)|, band: where that is -3 dB; "
+    "compliance: largest |position / load|; –: not among these frequencies"
 )
 CYCLES = (
     "Limit cycles at rest. Predicted: the loop, driven by a sine of this amplitude, answers with "
@@ -185,14 +187,19 @@ class Frequencies(NamedTuple):
     def tables(self) -> list[Table]:
         """Return the table of margins, the nominal machine above the band of others; of cycles."""
         units = self.responses[0].units
-        head = ["source", *(title.format(units[1]) for title in COLUMNS.values())]
+        each = [(one, one.margins) for one in self.responses]
+        keys = [
+            key for key in COLUMNS if any(np.isfinite(x.get(key, np.nan)).any() for _, x in each)
+        ]
+        head = ["source", "from [Hz]", "to [Hz]", *(COLUMNS[x].format(units[1]) for x in keys)]
         rows, lines = [], list[str]()
-        for one in self.responses:
-            values, row = one.margins, [one.source]
-            for key in COLUMNS:
-                each = values.get(key, np.array([np.nan]))
-                ends = "..".join(map(_cell, np.quantile(each, ENDS)))
-                row.append(_cell(each[0]) + f"\n{ends}" * (len(each) > 1))
+        for one, margins in each:
+            known = one.hertz[one.known]
+            row = [one.source, *map(_cell, (known[0], known[-1]) if known.size else (np.nan,) * 2)]
+            for key in keys:
+                values = margins.get(key, np.array([np.nan]))
+                ends = "..".join(map(_cell, np.quantile(values, ENDS)))
+                row.append(_cell(values[0]) + f"\n{ends}" * (len(values) > 1))
             rows.append(row)
             lines += [f"{one.source}: {sentence}" for sentence in one.lines]
         most = max(len(one.drive) for one in self.responses) - 1
@@ -233,7 +240,7 @@ def drawn(responses: Sequence[FrequencyResponse]) -> "Figure":
     figure.set_size_inches(9.6, 8.6)
     figure.subplots_adjust(left=0.08, right=0.985, hspace=0.38, wspace=0.24)
     (size, loop), (phase, peak), (trust, soft), (nyquist, closed) = figure.subplots(4, 2)
-    for k, one in enumerate(responses):
+    for k, one in enumerate(map(_fewer, responses)):
         look: dict[str, Any] = {"color": colour(k), "lw": 1.5}
         band: dict[str, Any] = {"color": colour(k), "alpha": 0.18, "lw": 0}
         shown = one.known
@@ -272,6 +279,16 @@ def drawn(responses: Sequence[FrequencyResponse]) -> "Figure":
     trust.set_ylim(0.0, 1.05)
     above(figure, trust)
     return figure
+
+
+def _fewer(one: FrequencyResponse) -> FrequencyResponse:
+    """Return a response at so few frequencies that a picture can show them all."""
+    keep = np.unique(np.geomspace(1, len(one.hertz), POINTS).astype(int)) - 1
+    known = {"hertz", "drive", "coherence", "loop", "compliance"}
+    parts = {
+        name: x[..., keep] for name, x in one._asdict().items() if name in known and x is not None
+    }
+    return one._replace(**parts)
 
 
 def _curve(
