@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 #: Coherence below which a response is not shown: with it, its error is about a third.
 KNOWN = 0.5
 #: Most frequencies that are drawn.
-POINTS = 400
+POINTS = 250
 #: Quantiles of the machines that bound a band.
 ENDS = (0.05, 0.95)
 #: Columns of the table: key of a number -> title with its unit.
