@@ -23,7 +23,7 @@ def export(
     bare: bool = False,
     scenario: AnyScenario | None = None,
     motor: Mapping[str, float] | None = None,
-    old: str | Path | None = None,
+    old: str | Path = "",
 ) -> Path:
     """Write a design to a file in an export format and return the path.
 
@@ -44,7 +44,7 @@ def export(
     if scenario is not None:
         design = made_for(design, load_scenario(scenario))
     check_score(design, anyway)
-    form = with_data(FORMATS[to], motor, old)
+    form = with_data(FORMATS[to], motor=motor, old=old)
     form.write(design, place, connecting(form, bare))
     return place
 

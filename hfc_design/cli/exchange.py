@@ -60,7 +60,7 @@ def export(
     if (verdict := origin(loaded).usable) and not verdict.startswith("usable"):
         click.echo(f"hfc: warning: design {loaded.name}: {verdict.replace('**', '')}", err=True)
     data = numbers_of("--motor", motor, "lead=5,torque=0.14") if motor else None
-    form = with_data(FORMATS[target], data, old)
+    form = with_data(FORMATS[target], motor=data, old=old)
     name = identifier(loaded.name) if form.called else loaded.name
     path = out or common.free(Path(name + (form.ending or form.suffix or f".{target}")))
     connect = connecting(form, bare)

@@ -2,9 +2,9 @@
 
 import importlib
 import pkgutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
-from pathlib import Path
+from typing import Any
 
 from hfc_design.core.records import UserError, option
 from hfc_design.files.design import Design
@@ -29,18 +29,12 @@ def connecting(form: Format, bare: bool) -> Callable[[Design], Design]:
     return connect
 
 
-def with_data(form: Format, motor: Mapping[str, float] | None, old: str | Path | None) -> Format:
-    """Return a format of parameters with data of the motor and a file of old values.
-
-    Raises:
-        UserError: one is given for another format.
-    """
-    given = {name: x for name, x in (("motor", motor), ("old", old)) if x}
-    for name in given:
-        if not form.parameters:
-            known = ", ".join(one.name for one in FORMATS.values() if one.parameters)
-            raise UserError(f"{option(name)}: needs a format of parameters: {known}")
-    return form._replace(content=partial(form.content, **given)) if given else form
+def with_data(form: Format, **given: Any) -> Format:
+    """Return a format of parameters with ``motor`` and ``old``; UserError: it is another format."""
+    for name in (name for name, x in given.items() if x and not form.parameters):
+        known = ", ".join(one.name for one in FORMATS.values() if one.parameters)
+        raise UserError(f"{option(name)}: is for the parameters of a control: {known}")
+    return form._replace(content=partial(form.content, **given)) if form.parameters else form
 
 
 def check_score(design: Design, anyway: bool) -> None:

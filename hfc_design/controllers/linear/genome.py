@@ -25,6 +25,9 @@ ANYWHERE = 0.25
 AROUND = (0.003, 0.1)
 #: Largest multiple of the feed-forward that the nominal drive needs.
 MOST_OF_NOMINAL = 2.0
+#: Form of a control that takes the gains as parameters -> searched numbers that are 0 in it.
+ABSENT: dict[str | None, tuple[str, ...]] = {None: (), "pid": ("derivative_hz",)}
+ABSENT["cascade"] = ("derivative_hz", "velocity_multiple", "coulomb_multiple")
 #: Width of the smoothed sign of the speed, in shares of the speed at which the drive slides:
 #: narrowest, start of a search, widest.
 WIDTH = (0.001, 0.01, 0.1)
@@ -52,7 +55,8 @@ class LinearGenome(GainsGenome):
         if settings.coulomb_width is None:
             low, wide, high = (share * self.model.speed for share in WIDTH)
             searched["coulomb_width"] = Searched(low, high, wide)
-        for name, (low, high) in settings.fixed.items():
+        absent = ABSENT[getattr(settings, "control", None)]
+        for name, (low, high) in (dict.fromkeys(absent, (0.0, 0.0)) | settings.ranges).items():
             if name not in searched:
                 raise UserError(f"controller.ranges.{name}: is not searched here")
             searched[name] = Searched(low, high, float(np.clip(searched[name].start, low, high)))

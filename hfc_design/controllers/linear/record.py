@@ -36,12 +36,6 @@ MULTIPLES = ("velocity", "acceleration", "coulomb", "load")
 FORWARD = tuple(f"{name}_multiple" for name in MULTIPLES)
 Pair = Annotated[tuple[Finite, Finite], ordered]
 Range = Annotated[tuple[Positive, Positive], ordered]
-#: Form of a control that takes gains as parameters -> searched numbers that it lacks.
-LACKING: dict[str | None, tuple[str, ...]] = {
-    None: (),
-    "pid": ("derivative_hz",),
-    "cascade": ("derivative_hz", "velocity_multiple", "coulomb_multiple"),
-}
 #: Suffix that makes a resonator's name the name of its command's lead, a searched number.
 LEAD = "_lead"
 #: Largest number of frequencies with a resonator.
@@ -274,11 +268,6 @@ class LinearSettings(ControllerSettings):
         return [*signals, *FORWARD, "coulomb_width", *self.resonators]
 
     @property
-    def fixed(self) -> dict[str, tuple[float, float]]:
-        """Ranges of all numbers that are not searched in the range of the nominal drive."""
-        return self.ranges
-
-    @property
     def resonators(self) -> tuple[str, ...]:
         """Names of the resonators among the searched numbers."""
         return tuple(map(resonator_name, range(len(self.load_frequencies_rad_s))))
@@ -308,14 +297,9 @@ class PidSettings(LinearSettings):
     kind: Literal["pid+ff"]
     #: signals of the drive that are fed back beside error and error_rate
     signals: tuple[Label, ...] = ()
-    #: form of a control that gets the gains as parameters: no filter before kd; in a cascade of P and
-    #: PI neither feed-forward of velocity and Coulomb friction, nor ki > kp^2 / (4 kd)
+    #: form of the control that takes the gains as parameters: without filter; in a cascade of P and
+    #: PI also without feed-forward of velocity and friction, and ki at most kp^2 / (4 kd)
     control: Literal["pid", "cascade"] | None = None
-
-    @property
-    def fixed(self) -> dict[str, tuple[float, float]]:
-        """Ranges of ``ranges``, and 0 of what the control lacks."""
-        return dict.fromkeys(LACKING[self.control], (0.0, 0.0)) | self.ranges
 
     def names(self, signals: list[str]) -> list[str]:
         """Return names of all searched numbers, with those of PID, filter and resonators' leads."""
