@@ -176,7 +176,7 @@ def test_a_range_of_one_s_own():
 
 
 def test_gains_for_a_cascade_have_real_roots_and_no_filter():
-    """Kv and 1/Tn are the roots of z^2 - kp/kd z + ki/kd, with the present error in the integral."""
+    """Kv and 1/Tn are the roots of z^2 - kp/kd z + ki/kd; the integral has the present error."""
     made = genome("pid+ff", control="cascade")
     gains = made.gains(fresh(made))
     before = gains.kp - gains.ki * 0.001
