@@ -145,7 +145,7 @@ def _cascade(name: str, axis: Axis, gains: LinearGains, unit: float, motor: Json
         wanted = f"kp and kd must be more than 0 and ki 0 to kp^2 / (4 kd){most}, for a cascade"
         keeps = "a search for a pid+ff with controller.control = 'cascade' keeps to that"
         raise UserError(f"design {name}: {wanted} (got {kp:.4g}, {kd:.4g}, {ki:.4g}); {keeps}")
-    larger = 0.5 * kp / kd + sqrt(0.25 * (kp / kd) ** 2 - ki / kd)
+    larger = 0.5 * kp / kd + sqrt(max(0.25 * (kp / kd) ** 2 - ki / kd, 0.0))
     kv, integral = (ki / kd / larger, larger) if ki else (larger, 0.0)
     lead, torque, constant, friction = _motor(axis, motor)
     turn = 2.0 * pi * unit / lead  # angle of the motor for a unit of the position [rad]
@@ -202,10 +202,12 @@ def _old(control: Json, path: Path, new: Json) -> Json:
         part = whole.get(axis, whole) if isinstance(whole, dict) else None
         each = {**part} if isinstance(part, dict) else {}
         for name in () if as_json else names:
-            place = rf"\[JOINT_{k}\](?:\n(?!\[).*)*?\n\s*{name}\s*="
-            pid = rf"(?:\S*[.-])?(?:{k}|{axis or 'pid'})(?:[.-]\S*)?"
-            pin = rf"\s*setp\s+{pid}\.{control['pins'].get(name)}\s"
-            if match := re.search(rf"(?m)^(?:{place}|{pin})\s*({NUMBER.pattern})\s*(?:#|$)", text):
+            place = rf"\[JOINT_{k}\](?:\n(?!\[).*)*?\n[ \t]*{name}[ \t]*="
+            pid = rf"(?:\S{{0,47}}[.-])?(?:{k}|{axis or 'pid'})(?:[.-]\S{{0,47}})?"
+            pin = rf"[ \t]*setp[ \t]+{pid}\.{control['pins'].get(name)}[ \t]"
+            if match := re.search(
+                rf"(?m)^(?:{place}|{pin})[ \t]*({NUMBER.pattern})[ \t]*(?:#|$)", text
+            ):
                 each[name] = float(match[1])
         found[axis] = {key: x for key in names if type(x := each.get(key)) in (int, float)}
     if not any(found.values()):
