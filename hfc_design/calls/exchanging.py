@@ -1,5 +1,6 @@
 """Export of designs to other programs, and import from them."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ from hfc_design.core.wording import one_of
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.loop_setup import load_design, made_for
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
-from hfc_design.formats import FORMATS, check_score, connecting
+from hfc_design.formats import FORMATS, check_score, connecting, with_data
 from hfc_design.formats.reading import Wish, imported
 
 
@@ -21,13 +22,16 @@ def export(
     anyway: bool = False,
     bare: bool = False,
     scenario: AnyScenario | None = None,
+    motor: Mapping[str, float] | None = None,
+    old: str | Path = "",
 ) -> Path:
     """Write a design to a file in an export format and return the path.
 
     The format "json" is the design file itself; ``hfc list formats`` lists all formats. Exported
     code reads the signals of the machine's sensors, or with ``bare`` the inputs of the control law
     itself. ``scenario`` sets the sensors and the drives; default: the scenario that the design was
-    made for.
+    made for. Parameters of a control may need ``motor`` {lead, torque, torque_constant: number};
+    ``old`` is a file with the parameters that are in the control now.
 
     Raises:
         UserError: the format does not exist or does not support this kind of controller; or the
@@ -40,7 +44,8 @@ def export(
     if scenario is not None:
         design = made_for(design, load_scenario(scenario))
     check_score(design, anyway)
-    FORMATS[to].write(design, place, connecting(FORMATS[to], bare))
+    form = with_data(FORMATS[to], motor=motor, old=old)
+    form.write(design, place, connecting(form, bare))
     return place
 
 

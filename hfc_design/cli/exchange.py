@@ -8,6 +8,7 @@ import click
 from hfc_design.cli import options as common
 from hfc_design.cli.binding import PATH, Texts, argument, command, option
 from hfc_design.cli.names import DESIGN, FORMAT, PLANT, SCENARIO
+from hfc_design.cli.trading import numbers_of
 from hfc_design.cli.usage import refusal
 
 #: Warning about tabulated terms with large errors.
@@ -17,6 +18,7 @@ COARSE = (
 )
 
 
+MOTOR_HELP = "Of parameters: lead=5 [mm/turn],torque=0.14 [N m/command],torque_constant [N m/A]."
 ON_HELP = "Scenario that gives sensors and drives [default: the one it was made for]."
 
 
@@ -33,6 +35,8 @@ def export(
         "Only c: table of N points instead of exp.", kind=click.IntRange(2, 32767)
     ),
     anyway: bool = option("Also export a design that diverged when it was scored."),
+    motor: str | None = option(MOTOR_HELP, metavar="NAME=NUMBER,..."),
+    old: Path | None = option("File of the parameters that are in the control now."),
     bare: bool = option(
         "Code of the control law only: its inputs are errors, not sensor readings."
     ),
@@ -41,7 +45,7 @@ def export(
     from hfc_design.controllers.rules import identifier
     from hfc_design.core.wording import one_of
     from hfc_design.files.loop_setup import load_design, made_for
-    from hfc_design.formats import FORMATS, c_folder, check_score, connecting
+    from hfc_design.formats import FORMATS, c_folder, check_score, connecting, with_data
     from hfc_design.formats.deployment.readme import origin
 
     if target not in FORMATS:
@@ -55,7 +59,8 @@ def export(
     check_score(loaded, anyway)
     if (verdict := origin(loaded).usable) and not verdict.startswith("usable"):
         click.echo(f"hfc: warning: design {loaded.name}: {verdict.replace('**', '')}", err=True)
-    form = FORMATS[target]
+    data = numbers_of("--motor", motor, "lead=5,torque=0.14") if motor else None
+    form = with_data(FORMATS[target], motor=data, old=old)
     name = identifier(loaded.name) if form.called else loaded.name
     path = out or common.free(Path(name + (form.ending or form.suffix or f".{target}")))
     connect = connecting(form, bare)

@@ -3,6 +3,8 @@
 import importlib
 import pkgutil
 from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 from hfc_design.core.records import UserError, option
 from hfc_design.files.design import Design
@@ -25,6 +27,14 @@ def connecting(form: Format, bare: bool) -> Callable[[Design], Design]:
     from hfc_design.formats.connection import connect  # starts JAX
 
     return connect
+
+
+def with_data(form: Format, **given: Any) -> Format:
+    """Return a format of parameters with ``motor`` and ``old``; UserError: it is another format."""
+    for name in (name for name, x in given.items() if x and not form.parameters):
+        known = ", ".join(one.name for one in FORMATS.values() if one.parameters)
+        raise UserError(f"{option(name)}: is for the parameters of a control: {known}")
+    return form._replace(content=partial(form.content, **given)) if form.parameters else form
 
 
 def check_score(design: Design, anyway: bool) -> None:

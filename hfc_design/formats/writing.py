@@ -68,6 +68,7 @@ class Format(NamedTuple):
     ending: str = ""  # of the default name of a folder; "": a dot and the name of the format
     called: bool = False  # whether other code calls a file by its name, which is an identifier
     connects: bool = False  # whether its code can be connected, see ``formats.connection``
+    parameters: bool = False  # whether ``content`` takes ``motor`` and ``old``, see ``controls``
 
     def write(
         self,

@@ -25,6 +25,9 @@ ANYWHERE = 0.25
 AROUND = (0.003, 0.1)
 #: Largest multiple of the feed-forward that the nominal drive needs.
 MOST_OF_NOMINAL = 2.0
+#: Form of a control that takes the gains as parameters -> searched numbers that are 0 in it.
+ABSENT: dict[str | None, tuple[str, ...]] = {None: (), "pid": ("derivative_hz",)}
+ABSENT["cascade"] = ("derivative_hz", "velocity_multiple", "coulomb_multiple")
 #: Width of the smoothed sign of the speed, in shares of the speed at which the drive slides:
 #: narrowest, start of a search, widest.
 WIDTH = (0.001, 0.01, 0.1)
@@ -52,7 +55,8 @@ class LinearGenome(GainsGenome):
         if settings.coulomb_width is None:
             low, wide, high = (share * self.model.speed for share in WIDTH)
             searched["coulomb_width"] = Searched(low, high, wide)
-        for name, (low, high) in settings.ranges.items():
+        absent = ABSENT[getattr(settings, "control", None)]
+        for name, (low, high) in (dict.fromkeys(absent, (0.0, 0.0)) | settings.ranges).items():
             if name not in searched:
                 raise UserError(f"controller.ranges.{name}: is not searched here")
             searched[name] = Searched(low, high, float(np.clip(searched[name].start, low, high)))
@@ -208,8 +212,12 @@ class PidGenome(LinearGenome):
         return searched
 
     def _feedback(self, values: dict[str, Floats]) -> dict[str, Floats]:
-        filter_pole = np.exp(-2.0 * np.pi * values["derivative_hz"] * self.every)
+        cut_off, kp, kd = (values[name] for name in ("derivative_hz", "kp", "kd"))
+        filter_pole = np.where(cut_off > 0.0, np.exp(-2.0 * np.pi * cut_off * self.every), 0.0)
         feedback = values | {"filter_pole": filter_pole}
+        if self.settings.control == "cascade":  # Kv and 1/Tn are real: (kp - ki T)^2 >= 4 ki kd
+            most = kp**2 / (4.0 * kd + 2.0 * kp * self.every)
+            feedback["ki"] = np.minimum(values["ki"], most)
         each = zip(self.settings.resonators, self.settings.load_frequencies_rad_s, strict=True)
         for name, frequency in each:
             # The error is answer x the resonator's share; both fade where gain x answer < 0.

@@ -297,6 +297,9 @@ class PidSettings(LinearSettings):
     kind: Literal["pid+ff"]
     #: signals of the drive that are fed back beside error and error_rate
     signals: tuple[Label, ...] = ()
+    #: form of the control that takes the gains as parameters: without filter; in a cascade of P and
+    #: PI also without feed-forward of velocity and friction, and ki at most kp^2 / (4 kd)
+    control: Literal["pid", "cascade"] | None = None
 
     def names(self, signals: list[str]) -> list[str]:
         """Return names of all searched numbers, with those of PID, filter and resonators' leads."""

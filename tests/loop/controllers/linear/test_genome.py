@@ -173,3 +173,18 @@ def test_a_range_of_one_s_own():
     assert values["kp"].min() >= 1e3 * (1 - 1e-12)
     assert values["kp"].max() <= 1e4 * (1 + 1e-12)
     assert (values["velocity_multiple"] == 1.0).all()
+
+
+def test_gains_for_a_cascade_have_real_roots_and_no_filter():
+    """Kv and 1/Tn are the roots of z^2 - kp/kd z + ki/kd; the integral has the present error."""
+    made = genome("pid+ff", control="cascade")
+    gains = made.gains(fresh(made))
+    before = gains.kp - gains.ki * 0.001
+    assert (before**2 >= 4.0 * gains.ki * gains.kd).all()
+    assert (gains.ki < gains.kp**2 / (4.1 * gains.kd)).any()
+    for absent in (gains.filter_pole, gains.velocity, gains.coulomb):
+        assert not np.any(absent)
+    record = made.record(made.empty())
+    assert record["derivative_hz"] == 0.0
+    free = genome("pid+ff", control="cascade", ranges={"velocity_multiple": [1.0, 1.0]})
+    assert free.gains(free.empty()).velocity != 0.0
