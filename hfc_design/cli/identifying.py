@@ -201,6 +201,8 @@ def check(
     machines: int = option("Machines within the tolerances [default: 1000].", default=1000),
     columns: Texts = option(COLUMN_HELP, "--column", metavar="NAME=COLUMN"),
     sample_time: float | None = option(TIME_HELP, low=0.0, open=True),
+    plot: Path | None = common.output("Draw log and machines (png, svg or pdf)."),
+    _force: bool = common.FORCE,
     _as_json: bool = common.AS_JSON,
 ) -> Answer:
     """Whether the machine of a recording LOG does what its design promised, and if not, why.
@@ -221,4 +223,8 @@ def check(
         sample_time=sample_time,
         changes=changes,
     )
-    return Answer(result.numbers(), result.tables)
+    if plot is not None:
+        from hfc_design.plotting.files import save
+
+        save(result.figure(), plot)
+    return Answer(result.numbers(), result.tables, [plot] if plot else [])
