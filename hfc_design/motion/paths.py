@@ -5,12 +5,12 @@ turned by the angle c s. Its chord has turned by c s / 2, and is s sinc(c s / 2)
 """
 
 from collections.abc import Iterable
-from math import hypot, pi
+from math import hypot, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Indices, Mask, passed
+from hfc_design.core.numbers import SAME, Floats, Indices, Mask, passed
 
 Point = tuple[float, float]
 
@@ -121,12 +121,13 @@ def turned(vector: Floats, angle: Floats) -> Floats:
 
 
 class Motion(NamedTuple):
-    """Motion with trapezoidal velocity: in each segment rest, up, even, down; at the end rest."""
+    """Motion in phases of constant jerk; without a limit of the jerk it is 0 in all of them."""
 
     start: Floats  # (phases,) when each begins [s]
     distance: Floats  # (phases,) way along the path at its start [mm]
     speed: Floats  # (phases,) at its start [mm/s]
-    acceleration: Floats  # (phases,) [mm/s2]
+    acceleration: Floats  # (phases,) at its start [mm/s2]
+    jerk: Floats  # (phases,) [mm/s3]
     peak: Floats  # (segments,) largest speed on each segment [mm/s]
 
     @property
@@ -143,13 +144,28 @@ class Motion(NamedTuple):
         """Return distance [mm], speed [mm/s], acceleration along the path [mm/s2] at a time [s]."""
         k = np.maximum(passed(self.start, time) - 1, 0)
         since = np.maximum(time, 0.0) - self.start[k]
-        acceleration = self.acceleration[k]
-        way = self.distance[k] + (self.speed[k] + 0.5 * acceleration * since) * since
-        speed = np.maximum(self.speed[k] + acceleration * since, 0.0)
-        return np.minimum(way, self.distance[-1]), speed, acceleration
+        speed, rate, jerk = self.speed[k], self.acceleration[k], self.jerk[k]
+        way = self.distance[k] + (speed + (0.5 * rate + jerk * since / 6.0) * since) * since
+        speed = np.maximum(speed + (rate + 0.5 * jerk * since) * since, 0.0)
+        return np.minimum(way, self.distance[-1]), speed, rate + jerk * since
+
+    def averaged(self, time: float) -> "Motion":
+        """Return the motion whose way is the mean of this one's over the ``time`` [s] before.
+
+        Its speed and acceleration are means too; its jerk is the change of the acceleration in that
+        time, divided by the time. It ends later by the time.
+        """
+        start = np.unique([self.start, self.start + time])
+        pairs = zip(self.at(start), self.at(start - time), strict=True)
+        speed, rate, jerk = ((now - before) / time for now, before in pairs)
+        step = np.diff(start, append=start[-1:])
+        moved = (speed + (0.5 * rate + jerk * step / 6.0) * step) * step
+        way = np.cumsum(moved) - moved
+        way[-1] = self.distance[-1]
+        return Motion(start, way, speed, rate, jerk, self.peak)
 
 
-def motion(path: Path, acceleration: float | None) -> Motion:
+def motion(path: Path, acceleration: float | None, jerk: float | None = None) -> Motion:
     """Return the fastest motion along ``path`` from rest to rest.
 
     The motion stops at a rest, and where the direction jumps. Elsewhere it passes from segment to
@@ -159,22 +175,28 @@ def motion(path: Path, acceleration: float | None) -> Motion:
     Args:
         path: the segments and their feeds.
         acceleration: limit [mm/s2]; None: full feed at once on every segment, also at corners.
+        jerk: limit of the jerk along the path [mm/s3], needs an acceleration; None: unlimited.
     """
     feed = path.feed / 60.0
     if acceleration is None:
-        entry = leave = peak = feed
-        up = down = np.zeros_like(feed)
-        rate = 0.0
-    else:
-        rate = acceleration
-        stops = path.corners() | (path.rest[1:] > 0.0)
-        passing = np.where(stops, 0.0, np.minimum(feed[:-1], feed[1:]))
-        speed = reachable(np.concatenate([[0.0], passing, [0.0]]), 2.0 * rate * path.length)
-        entry, leave = speed[:-1], speed[1:]
-        peak = np.minimum(feed, np.sqrt(rate * path.length + 0.5 * (entry**2 + leave**2)))
-        up, down = (peak - entry) / rate, (peak - leave) / rate
-    rates = np.full_like(feed, rate)
-    return phased(path.knots, path.length, Speeds(entry, leave, peak, up, down), rates, path.rest)
+        still = np.zeros_like(feed)
+        speeds = Speeds(feed, feed, feed, still, still, still)
+        return phased(path.knots, path.length, speeds, still, path.rest)
+    rate = np.full_like(feed, acceleration)
+    stops = path.corners() | (path.rest[1:] > 0.0)
+    passing = np.where(stops, 0.0, np.minimum(feed[:-1], feed[1:]))
+    fastest = np.concatenate([[0.0], passing, [0.0]])
+
+    def averaged(time: float) -> Motion:
+        speeds = fastest_speeds(feed, fastest, rate, path.length, 0.5 * time)
+        plain = phased(path.knots, path.length, speeds, rate, path.rest)
+        return plain.averaged(time) if time else plain
+
+    if jerk is None:
+        return averaged(0.0)
+    once = averaged(acceleration / jerk)  # enough unless braking follows on acceleration at once
+    enough = np.abs(once.jerk).max() <= jerk * (1.0 + SAME)
+    return once if enough else averaged(2.0 * acceleration / jerk)
 
 
 class Speeds(NamedTuple):
@@ -185,6 +207,33 @@ class Speeds(NamedTuple):
     peak: Floats
     up: Floats  # time of acceleration
     down: Floats  # time of braking
+    held: Floats  # time for which the speed of entry is held at first, and that of leave at last
+
+
+# A mean over the time T (``Motion.averaged``) could pass the end of a slow segment too fast, because
+# it contains speeds and accelerations of the next one. Therefore the speed at each end is held for
+# half of T before and after it. The mean then has exactly this speed when its way passes the end,
+# and on a segment it contains no acceleration and no higher speed than those of that segment.
+def fastest_speeds(
+    most: Floats, fastest: Floats, rate: Floats, length: Floats, half: float
+) -> Speeds:
+    """Return the speeds of the fastest motion through segments.
+
+    Args:
+        most: (segments,) largest speed on each [mm/s].
+        fastest: (segments + 1,) largest speed at their ends [mm/s].
+        rate: (segments,) acceleration and deceleration [mm/s2].
+        length: (segments,) [mm].
+        half: time for which the speed at an end is held, before and after it [s]. Both times may
+            overlap on a segment that is passed at one speed.
+    """
+    speed = reachable(fastest, 2.0 * rate * length, rate * half)
+    entry, leave = speed[:-1], speed[1:]
+    with np.errstate(divide="ignore"):
+        held = np.minimum(half, length / (entry + leave))
+    room = length - (entry + leave) * held
+    peak = np.minimum(most, np.sqrt(rate * room + 0.5 * (entry**2 + leave**2)))
+    return Speeds(entry, leave, peak, (peak - entry) / rate, (peak - leave) / rate, held)
 
 
 def phased(knots: Floats, length: Floats, speeds: Speeds, rate: Floats, rest: Floats) -> Motion:
@@ -192,30 +241,43 @@ def phased(knots: Floats, length: Floats, speeds: Speeds, rate: Floats, rest: Fl
 
     ``rate`` (segments,) is the acceleration and the deceleration in each segment [mm/s2].
     """
-    entry, leave, peak, up, down = speeds
+    entry, leave, peak, up, down, held = speeds
     rise = 0.5 * (entry + peak) * up
     fall = 0.5 * (leave + peak) * down
-    even = np.maximum(length - rise - fall, 0.0) / peak
-    end = np.cumsum(np.stack([rest, up, even, down], axis=1))
-    before, none = knots[:-1], np.zeros_like(length)
-    ways = np.stack([before, before, before + rise, knots[1:] - fall], axis=1)
+    even = np.maximum(length - (entry + leave) * held - rise - fall, 0.0) / peak
+    before, begun = np.append(0.0, held[:-1]), knots[:-1] + entry * held
+    wait = rest + np.append(0.0, held[:-1] + held[1:])
+    end = np.cumsum(np.stack([wait, up, even, down], axis=1))
+    braking = knots[1:] - leave * held - fall
+    ways = np.stack([knots[:-1] - entry * before, begun, begun + rise, braking], axis=1)
+    none = np.zeros_like(length)
     return Motion(
         np.concatenate([[0.0], end]),
         np.append(ways, knots[-1]),
-        np.append(np.stack([none, entry, peak, peak], axis=1), 0.0),
+        np.append(np.stack([entry, entry, peak, peak], axis=1), 0.0),
         np.append(np.stack([none, rate, none, -rate], axis=1), 0.0),
+        np.zeros(len(end) + 1),
         peak,
     )
 
 
-def reachable(most: Floats, gain: Floats) -> Floats:
+def reachable(most: Floats, gain: Floats, held: Floats) -> Floats:
     """Return the speeds (segments + 1,) [mm/s] at the ends of segments, ``most`` where possible.
 
-    The square of the speed changes by at most ``gain`` (segments,) on each segment.
+    The square of the speed changes by at most ``gain`` (segments,) on each segment, less if the
+    speed at both ends is held for a time in which it could change by ``held`` (segments,).
     """
-    squares, gains = (most**2).tolist(), gain.tolist()
-    for k, more in enumerate(gains):  # no faster than it can get there
-        squares[k + 1] = min(squares[k + 1], squares[k] + more)
-    for k in range(len(gains) - 1, -1, -1):  # no faster than it can brake
-        squares[k] = min(squares[k], squares[k + 1] + gains[k])
+    squares, each = (most**2).tolist(), [*zip(gain.tolist(), held.tolist(), strict=True)]
+    for k, (more, still) in enumerate(each):  # no faster than it can get there
+        squares[k + 1] = min(squares[k + 1], _changed(squares[k], more, still))
+    for k, (more, still) in reversed([*enumerate(each)]):  # no faster than it can brake
+        squares[k] = min(squares[k], _changed(squares[k + 1], more, still))
     return np.sqrt(squares)
+
+
+def _changed(square: float, gain: float, held: float) -> float:
+    """Return the largest square of the speed at one end of a segment, by that at the other end."""
+    if not held:
+        return square + gain
+    speed = sqrt(square)
+    return max(speed, sqrt((speed - held) ** 2 + gain) - held) ** 2

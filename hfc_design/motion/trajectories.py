@@ -10,6 +10,7 @@ from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from itertools import pairwise
 from math import cos, dist, pi, radians, sin
+from operator import not_
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 import numpy as np
@@ -41,6 +42,14 @@ class Trajectory(Record):
     #: largest acceleration along the path [mm/s2]; left out: unlimited, also at corners, as in the
     #: simulations of the papers
     acceleration_mm_s2: Positive | None = None
+    #: largest jerk along the path, needs an acceleration [mm/s3]; left out: unlimited
+    jerk_mm_s3: Positive | None = Field(None, exclude_if=not_)
+
+    @model_validator(mode="after")
+    def _jerk_of_an_acceleration(self) -> Self:
+        if self.jerk_mm_s3 and not self.acceleration_mm_s2:
+            raise ValueError("jerk_mm_s3: needs acceleration_mm_s2")
+        return self
 
     @abstractmethod
     def _segments(self) -> Iterable[Segment]:
@@ -58,7 +67,7 @@ class Trajectory(Record):
     @property
     def motion(self) -> Motion:
         """Motion along the path, over time."""
-        return motion(self.path, self.acceleration_mm_s2)
+        return motion(self.path, self.acceleration_mm_s2, self.jerk_mm_s3)
 
     @property
     def duration_s(self) -> float:
@@ -149,7 +158,7 @@ class Polyline(Trajectory):
 
 PROGRAM = readable_by(lambda file: gcode.blocks(gcode.text_of(file)))
 #: Keys that only a program in X-Y alone may have.
-PLANAR = ("rapid_mm_min", "acceleration_mm_s2")
+PLANAR = ("rapid_mm_min", "acceleration_mm_s2", "jerk_mm_s3")
 
 
 class GCode(Trajectory):
