@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from operator import not_
-from typing import Any, Literal, NamedTuple, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import (
     Field,
@@ -21,6 +21,7 @@ from hfc_design.core.validation_errors import MOST, with_lines
 from hfc_design.core.wording import one_of
 from hfc_design.files.design import PerAxisRecord
 from hfc_design.motion.limits import MovedAxis
+from hfc_design.motion.shapers import Impulses, impulses
 from plants import PLANTS, Drive, Machine, machine_of, plant_fault, side_by_side
 
 devices.configure()  # before anybody computes with a drive
@@ -197,6 +198,29 @@ class SensorSettings(PerAxisRecord):
             setting = f"difference_samples = {self.difference_samples}"
             raise ValueError(f"{setting}: needs velocity = 'encoder', not {self.velocity!r}")
         return self
+
+
+class ShaperSettings(PerAxisRecord):
+    """Input shaper: impulses with which references are convolved, so that a mode stays calm."""
+
+    #: from the shortest to the most tolerant, or none
+    kind: Literal["none", "zv", "mzv", "zvd", "ei", "2hump_ei", "3hump_ei"] = "none"
+    hz: Positive | None = None  # frequency of the mode without damping [Hz]
+    damping: Annotated[float, Field(ge=0, le=0.2)] = 0.02  # damping ratio of the mode [1]
+
+    @property
+    def impulses(self) -> Impulses:
+        """Impulses of the shaper; of kind none a single one without delay."""
+        return impulses(self.kind, self.hz or 1.0, self.damping)
+
+    def fault(self, duration: float, sample_time: float) -> str | None:
+        """Return why this shaper does not fit a motion [s]; None: it does."""
+        last, half = self.impulses[1][-1], 0.5 / sample_time
+        if self.kind != "none" and not (self.hz and self.hz < half):
+            return f"hz = {self.hz}: must be below {half:g} Hz, half the sampling rate"
+        if last >= duration:
+            return f"hz = {self.hz}: its shaper takes {last:.4g} s of a motion of {duration} s"
+        return None
 
 
 def feedback_fault(drive: Drive, encoder: str | None) -> str | None:

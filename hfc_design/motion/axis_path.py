@@ -13,7 +13,7 @@ import numpy as np
 
 from hfc_design.core.numbers import SAME, Floats, Indices, Integers, Mask
 from hfc_design.motion.gcode import AXES, Block
-from hfc_design.motion.paths import SAME_PLACE, Motion, fastest_speeds, phased, turned
+from hfc_design.motion.paths import SAME_PLACE, Motion, fastest_motion, turned
 
 
 class Places(NamedTuple):
@@ -218,14 +218,12 @@ def look_ahead(path: AxisPath, bounds: Bounds, cycle: float) -> Motion:
     rate = rate[block] * np.sqrt((1.0 - used) ** 2 - bent[block] ** 2)
     jerks = np.reshape(bounds.jerk, (-1, 1))
     half = float((rate * path.fastest[:, block] / jerks).max())
-    speeds = fastest_speeds(most[block], fastest, rate, length, half)
-    if not speeds.peak.all():  # rounded to 0: no machine has such limits
-        raise ValueError("a block of its program cannot start; check its limits")
     first, rest = np.flatnonzero(np.diff(block, prepend=-1)), np.zeros_like(length)
     rest[first] = path.rest
-    motion = phased(np.append(0.0, np.cumsum(length)), length, speeds, rate, rest)
-    motion = motion.averaged(2.0 * half) if half else motion
-    return motion._replace(peak=np.maximum.reduceat(speeds.peak, first))
+    motion = fastest_motion(length, most[block], fastest, rate, rest, half)
+    if not motion.peak.all():  # rounded to 0: no machine has such limits
+        raise ValueError("a block of its program cannot start; check its limits")
+    return motion._replace(peak=np.maximum.reduceat(motion.peak, first))
 
 
 def _pieces(

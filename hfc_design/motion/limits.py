@@ -48,8 +48,7 @@ class AxisLimits(Record):
         return self
 
     def bounds(self, top_speed: float) -> tuple[float, float, float, float]:
-        """Return velocity (default: ``top_speed``), that of G0, acceleration, jerk [mm or deg, s].
-        """
+        """Return velocity (default: ``top_speed``), that of G0, acceleration, jerk [mm or deg]."""
         velocity = top_speed
         if self.velocity_per_min is not None:
             velocity = self.velocity_per_min / 60.0

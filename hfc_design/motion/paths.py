@@ -165,6 +165,10 @@ class Motion(NamedTuple):
         return Motion(start, way, speed, rate, jerk, self.peak)
 
 
+#: Acceleration that stands for none, with which a speed changes at once [mm/s2].
+AT_ONCE = 1e100
+
+
 def motion(path: Path, acceleration: float | None, jerk: float | None = None) -> Motion:
     """Return the fastest motion along ``path`` from rest to rest.
 
@@ -177,88 +181,64 @@ def motion(path: Path, acceleration: float | None, jerk: float | None = None) ->
         acceleration: limit [mm/s2]; None: full feed at once on every segment, also at corners.
         jerk: limit of the jerk along the path [mm/s3], needs an acceleration; None: unlimited.
     """
-    feed = path.feed / 60.0
+    feed, stops = path.feed / 60.0, path.corners() | (path.rest[1:] > 0.0)
+    passing, still = np.minimum(feed[:-1], feed[1:]), np.zeros(1)
+    fastest = np.concatenate([still, np.where(stops, 0.0, passing), still])
     if acceleration is None:
-        still = np.zeros_like(feed)
-        speeds = Speeds(feed, feed, feed, still, still, still)
-        return phased(path.knots, path.length, speeds, still, path.rest)
+        acceleration, fastest = AT_ONCE, np.concatenate([feed[:1], passing, feed[-1:]])
     rate = np.full_like(feed, acceleration)
-    stops = path.corners() | (path.rest[1:] > 0.0)
-    passing = np.where(stops, 0.0, np.minimum(feed[:-1], feed[1:]))
-    fastest = np.concatenate([[0.0], passing, [0.0]])
 
     def averaged(time: float) -> Motion:
-        speeds = fastest_speeds(feed, fastest, rate, path.length, 0.5 * time)
-        plain = phased(path.knots, path.length, speeds, rate, path.rest)
-        return plain.averaged(time) if time else plain
+        return fastest_motion(path.length, feed, fastest, rate, path.rest, 0.5 * time)
 
-    if jerk is None:
-        return averaged(0.0)
-    once = averaged(acceleration / jerk)  # enough unless braking follows on acceleration at once
-    enough = np.abs(once.jerk).max() <= jerk * (1.0 + SAME)
-    return once if enough else averaged(2.0 * acceleration / jerk)
+    time = acceleration / jerk if jerk else 0.0
+    once = averaged(time)  # which is enough unless braking follows on acceleration at once
+    enough = not jerk or np.abs(once.jerk).max() <= jerk * (1.0 + SAME)
+    return once if enough else averaged(2.0 * time)
 
 
-class Speeds(NamedTuple):
-    """Speeds and times of each segment of a path, (segments,) [mm/s] and [s]."""
-
-    entry: Floats
-    leave: Floats
-    peak: Floats
-    up: Floats  # time of acceleration
-    down: Floats  # time of braking
-    held: Floats  # time for which the speed of entry is held at first, and that of leave at last
-
-
-# A mean over the time T (``Motion.averaged``) could pass the end of a slow segment too fast, because
+# A mean over the time T (``Motion.averaged``) could pass the end of a slow segment too fast, since
 # it contains speeds and accelerations of the next one. Therefore the speed at each end is held for
 # half of T before and after it. The mean then has exactly this speed when its way passes the end,
 # and on a segment it contains no acceleration and no higher speed than those of that segment.
-def fastest_speeds(
-    most: Floats, fastest: Floats, rate: Floats, length: Floats, half: float
-) -> Speeds:
-    """Return the speeds of the fastest motion through segments.
+@np.errstate(divide="ignore", invalid="ignore")  # a segment so slow or short that its peak is 0
+def fastest_motion(
+    length: Floats, most: Floats, fastest: Floats, rate: Floats, rest: Floats, half: float = 0.0
+) -> Motion:
+    """Return the fastest motion through segments; its way is averaged over twice the time ``half``.
 
     Args:
+        length: (segments,) [mm].
         most: (segments,) largest speed on each [mm/s].
         fastest: (segments + 1,) largest speed at their ends [mm/s].
         rate: (segments,) acceleration and deceleration [mm/s2].
-        length: (segments,) [mm].
-        half: time for which the speed at an end is held, before and after it [s]. Both times may
-            overlap on a segment that is passed at one speed.
+        rest: (segments,) time at the start of each [s].
+        half: half the time of an average, for which the speed at an end is held on both sides [s].
+            On a segment that is passed at one speed, both may overlap.
     """
     speed = reachable(fastest, 2.0 * rate * length, rate * half)
     entry, leave = speed[:-1], speed[1:]
-    with np.errstate(divide="ignore"):
-        held = np.minimum(half, length / (entry + leave))
+    held = np.minimum(half, length / (entry + leave))
     room = length - (entry + leave) * held
     peak = np.minimum(most, np.sqrt(rate * room + 0.5 * (entry**2 + leave**2)))
-    return Speeds(entry, leave, peak, (peak - entry) / rate, (peak - leave) / rate, held)
-
-
-def phased(knots: Floats, length: Floats, speeds: Speeds, rate: Floats, rest: Floats) -> Motion:
-    """Return the motion through segments; ``length``, ``knots`` and ``rest`` as in ``Path``.
-
-    ``rate`` (segments,) is the acceleration and the deceleration in each segment [mm/s2].
-    """
-    entry, leave, peak, up, down, held = speeds
-    rise = 0.5 * (entry + peak) * up
-    fall = 0.5 * (leave + peak) * down
-    even = np.maximum(length - (entry + leave) * held - rise - fall, 0.0) / peak
-    before, begun = np.append(0.0, held[:-1]), knots[:-1] + entry * held
+    up, down = (peak - entry) / rate, (peak - leave) / rate
+    rise, fall = 0.5 * (entry + peak) * up, 0.5 * (leave + peak) * down
+    even = np.maximum(room - rise - fall, 0.0) / peak
     wait = rest + np.append(0.0, held[:-1] + held[1:])
     end = np.cumsum(np.stack([wait, up, even, down], axis=1))
-    braking = knots[1:] - leave * held - fall
-    ways = np.stack([knots[:-1] - entry * before, begun, begun + rise, braking], axis=1)
+    knots = np.append(0.0, np.cumsum(length))
+    waits, begins = knots[:-1] - entry * np.append(0.0, held[:-1]), knots[:-1] + entry * held
+    ways = np.stack([waits, begins, begins + rise, knots[1:] - leave * held - fall], axis=1)
     none = np.zeros_like(length)
-    return Motion(
-        np.concatenate([[0.0], end]),
+    motion = Motion(
+        np.append(0.0, end),
         np.append(ways, knots[-1]),
         np.append(np.stack([entry, entry, peak, peak], axis=1), 0.0),
         np.append(np.stack([none, rate, none, -rate], axis=1), 0.0),
         np.zeros(len(end) + 1),
         peak,
     )
+    return motion.averaged(2.0 * half) if half else motion
 
 
 def reachable(most: Floats, gain: Floats, held: Floats) -> Floats:

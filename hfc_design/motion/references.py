@@ -135,13 +135,10 @@ class Trapezoidal(Profile):
     @property
     def takes(self) -> float:
         """Duration of the move [s]."""
-        if self.jerk and self.distance:
-            return self._soft.duration
-        _, rise, cruise = self._parts
-        return float(2 * rise + cruise)
+        return self._along.duration if self.distance else 0.0
 
     @property
-    def _soft(self) -> Motion:
+    def _along(self) -> Motion:
         way = line((0.0, 0.0), (abs(self.distance), 0.0), 60.0 * self.velocity)
         return motion(Path.of([way]), self.acceleration, self.jerk)
 
@@ -156,7 +153,7 @@ class Trapezoidal(Profile):
     def _motion(self, time: Floats) -> tuple[Floats, Floats, Floats]:
         way, (peak, rise, cruise) = np.sign(self.distance), self._parts
         if self.jerk and self.distance:
-            place, speed, rate = self._soft.at(time)
+            place, speed, rate = self._along.at(time)
             return way * place, way * speed, way * rate
         up = np.clip(time, 0.0, rise)
         even = np.clip(time - rise, 0.0, cruise)
