@@ -14,14 +14,15 @@ from pydantic import (
 )
 
 from hfc_design.core import devices
-from hfc_design.core.numbers import Json, Parameters
+from hfc_design.core.numbers import Floats, Json, Parameters
 from hfc_design.core.plugins import Group
 from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record
 from hfc_design.core.validation_errors import MOST, with_lines
 from hfc_design.core.wording import one_of
 from hfc_design.files.design import PerAxisRecord
 from hfc_design.motion.limits import MovedAxis
-from hfc_design.motion.shapers import Impulses, impulses
+from hfc_design.motion.samples import Simulation
+from hfc_design.motion.shapers import impulses
 from plants import PLANTS, Drive, Machine, machine_of, plant_fault, side_by_side
 
 devices.configure()  # before anybody computes with a drive
@@ -53,13 +54,9 @@ class Axis(NamedTuple):
     @property
     def moved(self) -> MovedAxis:
         """Data of the axis that a program needs."""
-        unit_size, rotary = (
-            self.length,
-            self.drive.millimetres is None and self.drive.degrees is not None,
-        )
-        if self.drive.degrees is not None and rotary:
-            unit_size = self.drive.degrees(self.parameters)
-        unit = unit_size or 0.0
+        degrees, rotary = self.drive.degrees, self.drive.millimetres is None
+        unit = (degrees(self.parameters) if degrees and rotary else self.length) or 0.0
+        rotary = rotary and degrees is not None
         return MovedAxis(self.name, unit, rotary, self.drive.top_speed(self.parameters) * unit)
 
 
@@ -208,19 +205,15 @@ class ShaperSettings(PerAxisRecord):
     hz: Positive | None = None  # frequency of the mode without damping [Hz]
     damping: Annotated[float, Field(ge=0, le=0.2)] = 0.02  # damping ratio of the mode [1]
 
-    @property
-    def impulses(self) -> Impulses:
-        """Impulses of the shaper; of kind none a single one without delay."""
-        return impulses(self.kind, self.hz or 1.0, self.damping)
-
-    def fault(self, duration: float, sample_time: float) -> str | None:
-        """Return why this shaper does not fit a motion [s]; None: it does."""
-        last, half = self.impulses[1][-1], 0.5 / sample_time
+    def impulses(self, simulation: Simulation) -> Floats:
+        """Return sizes and delays [s] of the impulses; ValueError: they do not fit the motion."""
+        hz, half = f"shaper.hz = {self.hz}", 0.5 / simulation.sample_time_s
         if self.kind != "none" and not (self.hz and self.hz < half):
-            return f"hz = {self.hz}: must be below {half:g} Hz, half the sampling rate"
-        if last >= duration:
-            return f"hz = {self.hz}: its shaper takes {last:.4g} s of a motion of {duration} s"
-        return None
+            raise ValueError(f"{hz}: must be below {half:g} Hz, half the sampling rate")
+        shaper = impulses(self.kind, self.hz or 1.0, self.damping)
+        if shaper[1, -1] >= simulation.duration_s:
+            raise ValueError(f"{hz}: its shaper takes longer than {simulation.duration_s} s")
+        return shaper
 
 
 def feedback_fault(drive: Drive, encoder: str | None) -> str | None:

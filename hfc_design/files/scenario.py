@@ -262,7 +262,8 @@ class Scenario(Record, metaclass=Asked):
         machine, every = self.machine, self.simulation.sample_time_s
         limits = self.limits.commands(machine.axes)
         path = all(motion.follows_path for motion in self.each_motion())
-        return Target(machine, self.plant.values(), every, limits, self.search, path)
+        modes = tuple(one.hz for one in self.stress.modes)
+        return Target(machine, self.plant.values(), every, limits, self.search, path, modes)
 
     def _has_windows(self) -> None:
         names = [window.name for window in self.windows]
@@ -278,7 +279,6 @@ class Scenario(Record, metaclass=Asked):
 
     def _speaks_of_its_axes(self) -> None:
         axes = self.plant.machine.axes
-        simulation = self.simulation
         for key in ("limits", "sensors", "load", "shaper"):
             check_axes(f"{key}.axes", getattr(self, key).axes, axes)
         for one in self.plant.each():
@@ -286,9 +286,7 @@ class Scenario(Record, metaclass=Asked):
                 raise ValueError(f"sensors.{fault}")
             if fault := reading_fault(one.drive, self.sensors.of(one.name).readings):
                 raise ValueError(f"sensors.readings.{fault}")
-            shaper = self.shaper.of(one.name)
-            if fault := shaper.fault(simulation.duration_s, simulation.sample_time_s):
-                raise ValueError(f"shaper.{fault}")
+            self.shaper.of(one.name).impulses(self.simulation)
 
     @property
     def follows_path(self) -> bool:
@@ -364,7 +362,7 @@ class Scenario(Record, metaclass=Asked):
             references, frame = path.axis_samples(time)
         else:
             references, frame = path.axis_samples(time, each[0].length)
-        shapers = [self.shaper.of(axis.name).impulses for axis in each]
+        shapers = [self.shaper.of(axis.name).impulses(self.simulation) for axis in each]
         references, frame = shaped(references, frame, time, shapers)
         noises = [
             self.sensors.of(axis.name).noise

@@ -199,8 +199,8 @@ class Bounds(NamedTuple):
 def look_ahead(path: AxisPath, bounds: Bounds, cycle: float) -> Motion:
     """Return the fastest motion from rest to rest with piecewise constant acceleration or jerk.
 
-    The way along the path is averaged over a time in which no axis can change its acceleration
-    faster than its jerk on a straight line. Corners and arcs are passed as without this limit.
+    With limits of the jerk the way is averaged over so long a time that every axis keeps its own on
+    straight lines. Corners and arcs are passed as without.
 
     Args:
         path: path of the motion; its feeds are not exceeded.
@@ -216,8 +216,7 @@ def look_ahead(path: AxisPath, bounds: Bounds, cycle: float) -> Motion:
     near = most * cycle if np.isinf(bounds.jerk).all() else np.full_like(most, np.inf)
     block, length, fastest, used = _pieces(path, most, between, share, near)
     rate = rate[block] * np.sqrt((1.0 - used) ** 2 - bent[block] ** 2)
-    jerks = np.reshape(bounds.jerk, (-1, 1))
-    half = float((rate * path.fastest[:, block] / jerks).max())
+    half = float((rate * path.fastest[:, block] / np.reshape(bounds.jerk, (-1, 1))).max())
     first, rest = np.flatnonzero(np.diff(block, prepend=-1)), np.zeros_like(length)
     rest[first] = path.rest
     motion = fastest_motion(length, most[block], fastest, rate, rest, half)

@@ -49,14 +49,9 @@ class AxisLimits(Record):
 
     def bounds(self, top_speed: float) -> tuple[float, float, float, float]:
         """Return velocity (default: ``top_speed``), that of G0, acceleration, jerk [mm or deg]."""
-        velocity = top_speed
-        if self.velocity_per_min is not None:
-            velocity = self.velocity_per_min / 60.0
-        rapid = velocity if self.rapid_per_min is None else self.rapid_per_min / 60.0
-        acceleration = self.acceleration_per_s2
-        if self.acceleration_time_s is not None:
-            acceleration = rapid / self.acceleration_time_s
-        assert acceleration is not None  # see ``_one_acceleration``
+        velocity = self.velocity_per_min / 60.0 if self.velocity_per_min else top_speed
+        rapid = self.rapid_per_min / 60.0 if self.rapid_per_min else velocity
+        acceleration = self.acceleration_per_s2 or rapid / (self.acceleration_time_s or np.inf)
         return velocity, rapid, acceleration, self.jerk_per_s3 or np.inf
 
 

@@ -5,6 +5,7 @@ turned by the angle c s. Its chord has turned by c s / 2, and is s sinc(c s / 2)
 """
 
 from collections.abc import Iterable
+from functools import partial
 from math import hypot, pi, sqrt
 from typing import NamedTuple
 
@@ -150,10 +151,9 @@ class Motion(NamedTuple):
         return np.minimum(way, self.distance[-1]), speed, rate + jerk * since
 
     def averaged(self, time: float) -> "Motion":
-        """Return the motion whose way is the mean of this one's over the ``time`` [s] before.
+        """Return the motion whose way, speed and acceleration are means of the last ``time`` [s].
 
-        Its speed and acceleration are means too; its jerk is the change of the acceleration in that
-        time, divided by the time. It ends later by the time.
+        Its jerk is the change of the acceleration in this time, divided by the time.
         """
         start = np.unique([self.start, self.start + time])
         pairs = zip(self.at(start), self.at(start - time), strict=True)
@@ -163,10 +163,6 @@ class Motion(NamedTuple):
         way = np.cumsum(moved) - moved
         way[-1] = self.distance[-1]
         return Motion(start, way, speed, rate, jerk, self.peak)
-
-
-#: Acceleration that stands for none, with which a speed changes at once [mm/s2].
-AT_ONCE = 1e100
 
 
 def motion(path: Path, acceleration: float | None, jerk: float | None = None) -> Motion:
@@ -184,17 +180,13 @@ def motion(path: Path, acceleration: float | None, jerk: float | None = None) ->
     feed, stops = path.feed / 60.0, path.corners() | (path.rest[1:] > 0.0)
     passing, still = np.minimum(feed[:-1], feed[1:]), np.zeros(1)
     fastest = np.concatenate([still, np.where(stops, 0.0, passing), still])
-    if acceleration is None:
-        acceleration, fastest = AT_ONCE, np.concatenate([feed[:1], passing, feed[-1:]])
-    rate = np.full_like(feed, acceleration)
-
-    def averaged(time: float) -> Motion:
-        return fastest_motion(path.length, feed, fastest, rate, path.rest, 0.5 * time)
-
-    time = acceleration / jerk if jerk else 0.0
-    once = averaged(time)  # which is enough unless braking follows on acceleration at once
+    if acceleration is None:  # a huge one, with which the speed changes at once
+        acceleration, fastest = 1e100, np.concatenate([feed[:1], passing, feed[-1:]])
+    rate, time = np.full_like(feed, acceleration), acceleration / jerk if jerk else 0.0
+    averaged = partial(fastest_motion, path.length, feed, fastest, rate, path.rest)
+    once = averaged(0.5 * time)  # long enough unless braking follows on acceleration at once
     enough = not jerk or np.abs(once.jerk).max() <= jerk * (1.0 + SAME)
-    return once if enough else averaged(2.0 * time)
+    return once if enough else averaged(time)
 
 
 # A mean over the time T (``Motion.averaged``) could pass the end of a slow segment too fast, since
@@ -205,16 +197,11 @@ def motion(path: Path, acceleration: float | None, jerk: float | None = None) ->
 def fastest_motion(
     length: Floats, most: Floats, fastest: Floats, rate: Floats, rest: Floats, half: float = 0.0
 ) -> Motion:
-    """Return the fastest motion through segments; its way is averaged over twice the time ``half``.
+    """Return the fastest motion through segments, averaged over twice the time ``half`` [s].
 
-    Args:
-        length: (segments,) [mm].
-        most: (segments,) largest speed on each [mm/s].
-        fastest: (segments + 1,) largest speed at their ends [mm/s].
-        rate: (segments,) acceleration and deceleration [mm/s2].
-        rest: (segments,) time at the start of each [s].
-        half: half the time of an average, for which the speed at an end is held on both sides [s].
-            On a segment that is passed at one speed, both may overlap.
+    Each segment has a ``length`` [mm], a largest speed ``most`` [mm/s], an acceleration ``rate``
+    [mm/s2] and a time of ``rest`` at its start [s]. ``fastest`` (segments + 1,) limits the speed at
+    the ends [mm/s]. On a segment that is passed at one speed, the times of holding it may overlap.
     """
     speed = reachable(fastest, 2.0 * rate * length, rate * half)
     entry, leave = speed[:-1], speed[1:]
@@ -247,11 +234,11 @@ def reachable(most: Floats, gain: Floats, held: Floats) -> Floats:
     The square of the speed changes by at most ``gain`` (segments,) on each segment, less if the
     speed at both ends is held for a time in which it could change by ``held`` (segments,).
     """
-    squares, each = (most**2).tolist(), [*zip(gain.tolist(), held.tolist(), strict=True)]
-    for k, (more, still) in enumerate(each):  # no faster than it can get there
-        squares[k + 1] = min(squares[k + 1], _changed(squares[k], more, still))
-    for k, (more, still) in reversed([*enumerate(each)]):  # no faster than it can brake
-        squares[k] = min(squares[k], _changed(squares[k + 1], more, still))
+    squares, each = (most**2).tolist(), [*enumerate(zip(gain.tolist(), held.tolist(), strict=True))]
+    for k, about in each:  # no faster than it can get there
+        squares[k + 1] = min(squares[k + 1], _changed(squares[k], *about))
+    for k, about in reversed(each):  # no faster than it can brake
+        squares[k] = min(squares[k], _changed(squares[k + 1], *about))
     return np.sqrt(squares)
 
 

@@ -133,7 +133,7 @@ class Trapezoidal(Profile):
     jerk: Positive | None = Field(None, exclude_if=not_)  # largest jerk [error/s3]
 
     @property
-    def takes(self) -> float:
+    def duration_s(self) -> float:
         """Duration of the move [s]."""
         return self._along.duration if self.distance else 0.0
 

@@ -45,12 +45,6 @@ class Trajectory(Record):
     #: largest jerk along the path, needs an acceleration [mm/s3]; left out: unlimited
     jerk_mm_s3: Positive | None = Field(None, exclude_if=not_)
 
-    @model_validator(mode="after")
-    def _jerk_of_an_acceleration(self) -> Self:
-        if self.jerk_mm_s3 and not self.acceleration_mm_s2:
-            raise ValueError("jerk_mm_s3: needs acceleration_mm_s2")
-        return self
-
     @abstractmethod
     def _segments(self) -> Iterable[Segment]:
         """Return the segments of the path, at least one."""
@@ -67,6 +61,8 @@ class Trajectory(Record):
     @property
     def motion(self) -> Motion:
         """Motion along the path, over time."""
+        if self.jerk_mm_s3 and not self.acceleration_mm_s2:
+            raise ValueError("reference.jerk_mm_s3: needs reference.acceleration_mm_s2")
         return motion(self.path, self.acceleration_mm_s2, self.jerk_mm_s3)
 
     @property
@@ -170,8 +166,9 @@ class GCode(Trajectory):
     #: largest acceleration along the path, for a program in X-Y [mm/s2]
     acceleration_mm_s2: Positive = 100.0
     #: initial position of each axis [mm or deg]; left out: 0; needs limits
-    start: dict[Label, Finite] = {}
-    limits: Limits = {}  # limits of each axis by its name; with them a program may move any axes
+    start: dict[Label, Finite] = Field({}, exclude_if=not_)
+    #: limits of each axis by its name; with them a program may move any axes
+    limits: Limits = Field({}, exclude_if=not_)
 
     @model_validator(mode="after")
     def _planar_or_not(self) -> Self:
@@ -187,10 +184,7 @@ class GCode(Trajectory):
     @model_serializer(mode="wrap")
     def _own_keys(self, whole: SerializerFunctionWrapHandler) -> dict[str, object]:
         data: dict[str, object] = whole(self)
-        left_out = {*PLANAR} if self.limits else {"limits"}
-        if not self.start:
-            left_out.add("start")
-        return {key: x for key, x in data.items() if key not in left_out}
+        return {key: x for key, x in data.items() if not (self.limits and key in PLANAR)}
 
     def _segments(self) -> Iterable[Segment]:
         return gcode.read(self.file, self.rapid_mm_min)

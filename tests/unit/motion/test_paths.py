@@ -204,7 +204,6 @@ def test_a_feed_that_the_drive_cannot_follow_is_refused_with_the_allowed_one():
     [
         (Circle, {"radius_mm": 0.0, "feed_mm_min": 1.0}),
         (Circle, {"radius_mm": 1.0, "feed_mm_min": 1.0, "direction": "left"}),
-        (Circle, {"radius_mm": 1.0, "feed_mm_min": 1.0, "jerk_mm_s3": 1.0}),
         (Line, {"length_mm": 1.0, "angle_deg": float("nan"), "feed_mm_min": 1.0}),
         (Polyline, {"points_mm": [(0, 0), (1, 0), (1, 0)], "feed_mm_min": 1.0}),
         (Polyline, {"points_mm": [(0, 0), (1, 0)], "feed_mm_min": 1.0, "acceleration_mm_s2": 0}),

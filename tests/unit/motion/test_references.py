@@ -73,7 +73,7 @@ def test_trapezoidal_too_short_for_its_velocity_is_a_triangle():
 def test_a_limit_of_the_jerk_rounds_a_move():
     """The mean of 0.1 s = a / j of a move: the acceleration rises for 0.1 s, then as before."""
     move = Trapezoidal(distance=1.0, velocity=0.5, acceleration=2.0, jerk=20.0)
-    assert move.takes == pytest.approx(2.25 + 0.1)
+    assert move.duration_s == pytest.approx(2.25 + 0.1)
     times = (0.0, 0.05, 0.1, 0.25, 0.35, 1.175, 2.3, 2.35, 9.0)
     small = 20.0 * 0.05**3 / 6
     by_hand = [0.0, small, 1 / 300, 1 / 300 + 0.015 + 0.0225, 0.0875, 0.5, 1 - small, 1.0, 1.0]
@@ -87,7 +87,7 @@ def test_a_limit_of_the_jerk_rounds_a_move():
 def test_a_short_move_brakes_at_once_and_needs_twice_the_time_for_its_jerk():
     """-0.5 rad in 1 s without; from 2 to -2 rad/s2 in 0.2 s, so that the peak is 0.9 rad/s."""
     move = Trapezoidal(distance=-0.5, velocity=3.0, acceleration=2.0, jerk=20.0)
-    assert move.takes == pytest.approx(1.2)
+    assert move.duration_s == pytest.approx(1.2)
     assert rate(move, 0.6) == pytest.approx([-0.9])
     assert at(move, 0.6, 1.2, 3.0) == pytest.approx([-0.25, -0.5, -0.5], abs=1e-15)
     step = 0.004
