@@ -207,12 +207,12 @@ class ShaperSettings(PerAxisRecord):
 
     def impulses(self, simulation: Simulation) -> Floats:
         """Return sizes and delays [s] of the impulses; ValueError: they do not fit the motion."""
-        hz, half = f"shaper.hz = {self.hz}", 0.5 / simulation.sample_time_s
+        half, got = 0.5 / simulation.sample_time_s, f"(got {self.hz or 'none'})"
         if self.kind != "none" and not (self.hz and self.hz < half):
-            raise ValueError(f"{hz}: must be below {half:g} Hz, half the sampling rate")
+            raise ValueError(f"shaper.hz: must be below {half:g} Hz, half the sampling rate {got}")
         shaper = impulses(self.kind, self.hz or 1.0, self.damping)
         if shaper[1, -1] >= simulation.duration_s:
-            raise ValueError(f"{hz}: its shaper takes longer than {simulation.duration_s} s")
+            raise ValueError(f"shaper.hz: its shaper must be shorter than the motion {got}")
         return shaper
 
 

@@ -151,8 +151,8 @@ class FilteredRecord(ControllerRecord):
     @model_validator(mode="after")
     def _filters_below_half_the_rate(self) -> Self:
         for key in ("notch_hz", "lowpass_hz"):
-            if (getattr(self, key) or 0.0) >= (half := 0.5 / self.sample_time_s):
-                raise ValueError(f"{key}: must be below {half:g} Hz, half the sampling rate")
+            if (hz := getattr(self, key) or 0.0) >= (half := 0.5 / self.sample_time_s):
+                raise ValueError(f"{key} = {hz}: must be below {half:g} Hz, half the sampling rate")
         return self
 
     @property
