@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hfc_design.core.numbers import Floats
+from hfc_design.motion.references import Trapezoidal
 
 #: Shares of the largest speed and of the travel of moves; frequencies of sines [Hz].
 SPEEDS, TRAVELS, FREQUENCIES = (
@@ -110,11 +111,6 @@ def _to_and_fro(
 
 def _move(way: float, speed: float, acceleration: float, every: float) -> list[float]:
     """Return the places of a trapezoidal move by ``way``, one a sample."""
-    size = abs(way)
-    top = min(speed, np.sqrt(size * acceleration))
-    rise = top / acceleration
-    time = every * np.arange(1, int(np.ceil((size / top + rise) / every)) + 1)
-    left = size / top + rise - time
-    place = np.where(time < rise, 0.5 * acceleration * time**2, top * (time - 0.5 * rise))
-    ending = size - 0.5 * acceleration * np.clip(left, 0.0, None) ** 2
-    return [*(np.sign(way) * np.where(left < rise, ending, place))]
+    move = Trapezoidal(distance=way, velocity=speed, acceleration=acceleration)
+    time = every * np.arange(1.0, np.ceil(move.duration_s / every) + 1.0)
+    return [*move.samples(time).target]
