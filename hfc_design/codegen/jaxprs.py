@@ -41,12 +41,7 @@ NOTHING = frozenset(
         *("broadcast_in_dim", "reshape", "reduce_precision"),
     )
 )
-INNER = frozenset(
-    (
-        *("pjit", "jit", "closed_call", "custom_jvp_call", "custom_vjp_call", "remat"),
-        "checkpoint",
-    )
-)
+INNER = {"pjit", "jit", "closed_call", "custom_jvp_call", "custom_vjp_call", "remat", "checkpoint"}
 #: Folders of files between JAX and a user's code; their lines are not reported.
 BETWEEN = (*OWN, str(Path(jax.__file__).parent))
 #: Largest number of steps of a loop that is unrolled.

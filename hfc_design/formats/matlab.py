@@ -121,7 +121,4 @@ def _struct(record: dict[str, object]) -> dict[str, object]:
 
 FIS = "a folder for MATLAB and Octave, one .fis per unit, and controller.m"
 MAT = "a MAT file with tables, terms, gains and wiring"
-FORMATS = (
-    Format("fis", FIS, systems),
-    Format("mat", MAT, variables, ".mat"),
-)
+FORMATS = (Format("fis", FIS, systems), Format("mat", MAT, variables, ".mat"))

@@ -11,13 +11,7 @@ from hfc_design.formats.deployment import readme
 from hfc_design.formats.deployment.folder import page_of_axes, table
 from hfc_design.formats.deployment.vectors import of_the_last_digit, vectors
 from hfc_design.formats.laws import recorded_law
-from hfc_design.formats.writing import (
-    RESERVED,
-    Content,
-    Format,
-    check_names,
-    rendered,
-)
+from hfc_design.formats.writing import RESERVED, Content, Format, check_names, rendered
 
 #: Largest assumed difference between implementations of ``EXP``, in units of the last digit.
 EXP_OFF = 8.0

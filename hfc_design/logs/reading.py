@@ -14,14 +14,7 @@ import numpy as np
 from hfc_design.core.numbers import Floats, Json
 from hfc_design.core.records import harmless
 from hfc_design.core.texts import as_user_error, content, decoded
-from hfc_design.logs.columns import (
-    LARGEST_LOG,
-    MOST_COLUMNS,
-    MOST_NUMBERS,
-    Log,
-    check_log,
-    joined,
-)
+from hfc_design.logs.columns import LARGEST_LOG, MOST_COLUMNS, MOST_NUMBERS, Log, check_log, joined
 from hfc_design.logs.scopes import TWINCAT, sinumerik_log, twincat_log
 from hfc_design.logs.texts import text_log, with_unit
 
