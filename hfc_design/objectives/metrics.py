@@ -80,7 +80,7 @@ def _two_encoders(drives: Sequence[Drive]) -> bool:
 def _metric(rank: int, title: str, *reduction: Any, **more: Any) -> Metric:
     """Return a metric with a ``title`` like "name [unit]: meaning"."""
     name, unit, meaning = re.split(r" \[|\]: ", title, maxsplit=2)
-    return Metric(name, unit, meaning, *reduction, rank=rank, **more)
+    return Metric(name, unit, meaning, *reduction)._replace(rank=rank, **more)
 
 
 def _estimated(
