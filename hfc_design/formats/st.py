@@ -3,7 +3,7 @@
 import re
 from typing import NamedTuple
 
-from hfc_design.codegen.st import Block, literal_of, program
+from hfc_design.codegen.st import Block, program
 from hfc_design.controllers.rules import identifier
 from hfc_design.files.design import Design
 from hfc_design.formats import code, saving
@@ -55,36 +55,18 @@ def with_vectors(design: Design, files: dict[str, str]) -> dict[str, Content]:
     program = f"{block.name}_check"
     check_names("st", [block.name, program, "controller"], CLASH)
     test_vectors = vectors(design)
-    if (learns := saving.learns(design)) and "EXP(" in block.law.body:
+    if saving.learns(design) and "EXP(" in block.law.body:
         far = max(test_vectors.tolerance.double, EXP_OFF * of_the_last_digit(design, test_vectors))
         test_vectors = test_vectors._replace(tolerance=test_vectors.tolerance._replace(double=far))
-    values = readme.values(design, test_vectors) | {
-        "name": block.name,
-        "program": program,
-        "files": list(files),
-        "inputs": list(block.known.inputs),
-        "outputs": block.known.outputs,
-        "known": block.known,
-        "truths": block.known.truths,
-        "expected": [
-            list(map(float, column)) for column in zip(*test_vectors.commands, strict=True)
-        ],
-        "columns": [list(map(float, column)) for column in zip(*test_vectors.inputs, strict=True)],
-        "resets": [k for k, reset in enumerate(test_vectors.resets) if reset],
-        "learns": learns,
-        "remembered": sum(x.size or 1 for x in block.law.remembered if x.type == "LREAL"),
-        "unit": block.known.unit,
-        "literals": lambda row: ", ".join(map(literal_of, row)),
-    }
+    values = readme.values(design, test_vectors) | {"block": block, "program": program}
+    values["files"] = list(files)
+    values["resets"] = [k for k, reset in enumerate(test_vectors.resets) if reset]
+    values["remembered"] = sum(x.size or 1 for x in block.law.remembered if x.type == "LREAL")
     check = {
         "check.st": rendered("deployment/check.st.j2", design, **values),
         "vectors.csv": table(design, test_vectors),
     }
-    return {
-        **files,
-        "README.md": rendered("deployment/plc.md.j2", design, **values),
-        "check": check,
-    }
+    return {**files, "README.md": rendered("deployment/plc.md.j2", design, **values), "check": check}
 
 
 def folder(design: Design) -> Content:
