@@ -32,11 +32,7 @@ LONGEST = 60
 
 
 def read_log(path: str | Path) -> Log:
-    """Return the log in a file of any supported format.
-
-    Raises:
-        UserError: the file cannot be read, or is not a log; the message says why, and where.
-    """
+    """Return the log in a file of any supported format; UserError: why it is none, and where."""
     suffix = Path(path).suffix.lower()
     with as_user_error(path):
         if advice := NOT_READ.get(suffix):
