@@ -125,11 +125,7 @@ def in_use(folder: Path) -> bool:
 
 
 def check(path: Path) -> None:
-    """Refuse to write a file into a folder whose lock this process has lost.
-
-    Raises:
-        Overtaken: the lock is lost.
-    """
+    """Refuse to write a file into a folder whose lock this process has lost, by ``Overtaken``."""
     place = Path(os.path.realpath(path.parent) if _held else "", path.name)
     for lock, folder, descriptor in tuple(_held):
         if folder in place.parents and not _lies_at(lock, descriptor):
