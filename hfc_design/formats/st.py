@@ -27,11 +27,7 @@ class FunctionBlock(NamedTuple):
 
 
 def block_of(design: Design) -> FunctionBlock:
-    """Return the function block of a design.
-
-    Raises:
-        UserError: the inputs are not known, a number is too large, or a name is invalid.
-    """
+    """Return the function block of a design; UserError: an input, a number or a name is invalid."""
     name = "fb_" + re.sub("_+", "_", identifier(design.name)).strip("_")
     known = code.flat(design)
     check_names("st", [name, "reset", *known.outputs, "fault", *known.inputs], CLASH)
@@ -46,11 +42,7 @@ def text_of(design: Design) -> str:
 
 
 def with_vectors(design: Design, files: dict[str, str]) -> dict[str, Content]:
-    """Return the block's ``files`` with a README page, test vectors and a program that runs them.
-
-    Raises:
-        UserError: as for ``block_of``.
-    """
+    """Return the block's ``files`` with README page, test vectors and a program that runs them."""
     block = block_of(design)
     program = f"{block.name}_check"
     check_names("st", [block.name, program, "controller"], CLASH)
@@ -62,19 +54,14 @@ def with_vectors(design: Design, files: dict[str, str]) -> dict[str, Content]:
     values["files"] = list(files)
     values["resets"] = [k for k, reset in enumerate(test_vectors.resets) if reset]
     values["remembered"] = sum(x.size or 1 for x in block.law.remembered if x.type == "LREAL")
-    check = {
-        "check.st": rendered("deployment/check.st.j2", design, **values),
-        "vectors.csv": table(design, test_vectors),
-    }
-    return {**files, "README.md": rendered("deployment/plc.md.j2", design, **values), "check": check}
+    check = {"vectors.csv": table(design, test_vectors)}
+    check["check.st"] = rendered("deployment/check.st.j2", design, **values)
+    page = rendered("deployment/plc.md.j2", design, **values)
+    return {**files, "README.md": page, "check": check}
 
 
 def folder(design: Design) -> Content:
-    """Return function block, README page, test vectors, and a program that runs the vectors.
-
-    Raises:
-        UserError: as for ``block_of``.
-    """
+    """Return the files of a design as a function block; UserError as for ``block_of``."""
     return with_vectors(design, {f"{code.c_name(design)}.st": text_of(design)})
 
 

@@ -52,11 +52,9 @@ class Model(NamedTuple):
     part: str  # "controller", "plant" or "loop" of both
     name: str  # an identifier
     what: str  # description
-    every: float  # sample time [s]
     variables: list[Variable]  # the first is the time
     sources: dict[str, str]  # file name -> C code of controller and plant
-    body: str  # template of ``model_begin`` and ``model_step``
-    values: Json  # values for this template
+    values: Json  # for the templates of ``model_begin`` and ``model_step``
 
     def of(self, causality: str) -> list[str]:
         """Return the names of the variables with a causality."""
@@ -68,18 +66,11 @@ def described(
 ) -> str:
     """Return ``modelDescription.xml`` for "fmi2" or "fmi3"; ``compiled`` are the C files."""
     units = dict.fromkeys(x.unit for x in model.variables if x.unit)
-    return rendered(
-        "fmu/description.xml.j2",
-        design,
-        model=model,
-        compiled=compiled,
-        version=version,
-        token=token,
-        made_by=__version__,
-        units={unit: base_unit(unit) for unit in units},
-        # whether all members of all states are known, so that a serialised state can be checked
-        known=None not in [x["saved"] for x in model.values["controllers"]],
-    )
+    values: Json = {"model": model, "compiled": compiled, "version": version, "token": token}
+    values |= {"made_by": __version__, "units": {unit: base_unit(unit) for unit in units}}
+    # Whether all members of all states are known, so that a serialised state can be checked.
+    values["known"] = None not in [x["saved"] for x in model.values["controllers"]]
+    return rendered("fmu/description.xml.j2", design, **values)
 
 
 #: Name of a base unit in pint -> in FMI; none of BLU, counts and steps of a converter is SI.
