@@ -16,16 +16,8 @@ from hfc_design.codegen.nodes import REAL, Array, Node, TraceError, kind_of
 from hfc_design.codegen.recorder import Recorder
 
 #: Operation in JAX -> operation of nodes; first those that have different names.
-OPERATIONS = {
-    "add": "+",
-    "sub": "-",
-    "mul": "*",
-    "div": "/",
-    "lt": "<",
-    "le": "<=",
-    "gt": ">",
-    "ge": ">=",
-}
+OPERATIONS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
+OPERATIONS |= {"lt": "<", "le": "<=", "gt": ">", "ge": ">="}
 OPERATIONS |= {"eq": "==", "ne": "!=", "round": "rint"}
 OPERATIONS |= {
     name: name
