@@ -17,16 +17,7 @@ from hfc_design.controllers.hierarchical import root as root_unit
 from hfc_design.controllers.hierarchical.tree import Reach, Sources, reachable
 from hfc_design.controllers.linear import law as linear
 from hfc_design.controllers.linear.law import LinearGains, LinearMemory, Parts, Structure
-from hfc_design.core.numbers import (
-    Constant,
-    Degrees,
-    Floats,
-    RuleTable,
-    Scalar,
-    Xp,
-    clipped,
-    total,
-)
+from hfc_design.core.numbers import Constant, Degrees, Floats, RuleTable, Scalar, Xp, clipped, total
 
 #: Function that returns the degrees of a scalar in the terms.
 Graded: TypeAlias = Callable[[Scalar], list[Scalar]]
