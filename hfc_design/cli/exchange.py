@@ -30,7 +30,6 @@ def export(
     scenario: str | None = option(ON_HELP, kind=SCENARIO),
     changes: Texts = common.SETTING,
     out: Path | None = common.output("File or folder to write.", folder=True),
-    _force: bool = common.FORCE,
     lookup: int | None = option(
         "Only c: table of N points instead of exp.", kind=click.IntRange(2, 32767)
     ),
@@ -97,7 +96,6 @@ SIGNAL_HELP = "Signal of an input of FILE, as in input1=error, if its name does 
 def import_(
     file: Path = argument(PATH),
     out: Path | None = common.output("Design file [default: NAME.json]."),
-    _force: bool = common.FORCE,
     terms: str | None = option(
         "Sample FILE with this number of terms per input, 2 to 11.", metavar="N|NxM"
     ),

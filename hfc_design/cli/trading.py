@@ -87,7 +87,6 @@ def pick(
     nearest: str | None = option(NEAREST_HELP, metavar="NAME=NUMBER,..."),
     knee: bool = option("The point where the front bends most."),
     out: Path | None = common.output("Design file to write."),
-    _force: bool = common.FORCE,
 ) -> None:
     """Write the design of a point of the front of RUN (of hfc design --pareto) to a file.
 

@@ -14,7 +14,7 @@ Changes = Iterable[str] | Mapping[str, Plain]
 FILES = ("file", "start")
 #: Option for changes (of a scenario, a design, a network) -> example.
 EXAMPLES = {"set": "simulation.duration_s=5", "change": "controller.integral_gain=8"}
-EXAMPLES |= {"network": "momentum=0.9", "limit": "G=0.02"}
+EXAMPLES |= {"network": "momentum=0.9", "limit": "G=0.02", "tolerance": "backlash=0.5"}
 
 
 def set_keys(changes: Iterable[str], by: str) -> Json:

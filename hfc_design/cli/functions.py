@@ -1,0 +1,124 @@
+"""Parameters of commands from the functions that they call, whose docstrings alone explain them.
+
+Their sources are read, because an import takes seconds.
+"""
+
+import ast
+import re
+from functools import cache, partial
+from importlib import import_module
+from inspect import Parameter, Signature
+from pathlib import Path
+from typing import Any
+
+import click
+
+from hfc_design.cli import options as common
+from hfc_design.cli.binding import Answer, Texts, Together, argument, option
+from hfc_design.cli.names import DESIGN, PLANT, SCENARIO
+
+
+def names(text: str) -> list[str]:
+    """Return the names in a text as a,b."""
+    return [one.strip() for one in text.split(",")]
+
+
+#: Annotation in a source, without "| None" -> type on a command line, and click's.
+TYPES: dict[str, tuple[Any, Any]] = (
+    {x.__name__: (x, None) for x in (bool, float, int, str)}
+    | {
+        "str | Path": (Path, None),
+        "AnyDesign": (str, DESIGN),
+        "AnyScenario": (str, SCENARIO),
+        "Sequence[float]": (Texts, click.FLOAT),
+        "Sequence[str] | None": (str, click.types.FuncParamType(names)),
+    }
+    | dict.fromkeys(("Changes", "Mapping[str, float]", "Sequence[str]"), (Texts, None))
+)
+#: Parameters that have the same option in every command.
+SHARED = {
+    "changes": common.SETTING,
+    "columns": option(None, "--column", metavar="NAME=COLUMN"),
+    "plant": option("NAMES, or your own as module:OBJECT.", kind=PLANT),
+}
+#: An entry of the Args of a docstring.
+ENTRY = re.compile(r"^    (\w+): (.*(?:\n {8}.*)*)", re.MULTILINE)
+
+
+@cache
+def _functions(module: str) -> dict[str, ast.FunctionDef]:
+    place = Path(__file__).parents[1].joinpath(*module.split(".")).with_suffix(".py")
+    source = place.read_text("utf-8")
+    return {one.name: one for one in ast.parse(source).body if isinstance(one, ast.FunctionDef)}
+
+
+def function(path: str, *body: str, **own: Any) -> Any:
+    """Return the default of a parameter: the function MODULE.NAME with values of a command line.
+
+    Its parameters become options, or arguments if they have no default, except those that the
+    ``body`` of the command passes. ``own`` are those of which a command line says more. The help
+    of the command is the docstring up to "The counterpart of", and the meanings of arguments.
+
+    Raises:
+        TypeError: a parameter has no meaning in ``Args``, or no option for its type.
+    """
+    module, _, called = path.rpartition(".")
+    source = _functions(module)[called]
+    text, _, rest = str(ast.get_docstring(source)).partition("\n\nArgs:\n")
+    text = text.partition("\n\nThe counterpart of ")[0].partition("\n\n")[2]
+    meanings = dict(ENTRY.findall(rest.partition("\n\n")[0]))
+    words = {name: f"--{name.replace('_', '-')}" for name in meanings}
+    words |= {name: one.names[0] for name, one in (SHARED | own).items() if one.names}
+    args, shown = source.args, []
+    defaults = [None] * (len(args.args) - len(args.defaults)) + [*args.defaults, *args.kw_defaults]
+    for one, default in zip([*args.args, *args.kwonlyargs], defaults, strict=True):
+        if (name := one.arg) in body:
+            continue
+        known = own.pop(name, SHARED.get(name)) or (option(None) if default else argument())
+        annotation = ast.unparse(one.annotation or one).strip("'")
+        if annotation not in TYPES:
+            annotation = annotation.removesuffix(" | None")
+        if name not in meanings or annotation not in TYPES:
+            raise TypeError(f"{path}: {name}: must be explained, of a type with an option")
+        kind, clicks = TYPES[annotation]
+        meaning = " ".join(meanings[name].split())
+        meaning = re.sub("``(.*?)``", lambda word: words.get(word[1], word[1]), meaning)
+        settings = dict(known.settings)
+        if known.make is click.Argument:
+            text += f"\n\n{settings.get('metavar', name.upper())}: {meaning}"
+        else:
+            if default and kind not in (bool, Texts):
+                settings.setdefault("default", ast.literal_eval(default))
+            settings["help"] = settings["help"] or _help(meaning, settings.get("default"))
+        known = known._replace(kind=known.kind or clicks, settings=settings)
+        shown.append(Parameter(name, Parameter.KEYWORD_ONLY, default=known, annotation=kind))
+    if own:
+        raise TypeError(f"{path}: {', '.join(own)}: no such parameters")
+
+    def make(**given: Any) -> partial[Any]:
+        return partial(_late, module, called, **given)
+
+    make.__doc__ = text.strip()
+    make.__signature__ = Signature(shown)  # type: ignore[attr-defined]
+    return Together(make)
+
+
+def _late(module: str, name: str, *others: Any, **given: Any) -> Any:
+    return getattr(import_module(f"hfc_design.{module}"), name)(*others, **given)
+
+
+def _help(meaning: str, default: Any) -> str:
+    """Return the help of an option, with its default in brackets."""
+    text, _, told = meaning.rstrip(".").partition("; default: ")
+    if not told and default not in (None, "", ()):
+        told = f"{default:g}" if isinstance(default, float) else str(default)
+    return text[0].upper() + text[1:] + (f" [default: {told}]." if told else ".")
+
+
+def drawn(result: Any, plot: Path | None = None) -> Answer:
+    """Return the answer of a command on a result, after drawing it into a file."""
+    if plot is not None:
+        from hfc_design.plotting.files import save
+
+        save(result.figure(), plot)
+    return Answer(result.numbers(), result.tables, [plot] if plot else [])
