@@ -23,18 +23,17 @@ def names(text: str) -> list[str]:
     return [one.strip() for one in text.split(",")]
 
 
-#: Annotation in a source, without "| None" -> type on a command line, and click's.
-TYPES: dict[str, tuple[Any, Any]] = (
-    {x.__name__: (x, None) for x in (bool, float, int, str)}
-    | {
-        "str | Path": (Path, None),
-        "AnyDesign": (str, DESIGN),
-        "AnyScenario": (str, SCENARIO),
-        "Sequence[float]": (Texts, click.FLOAT),
-        "Sequence[str] | None": (str, click.types.FuncParamType(names)),
-    }
-    | dict.fromkeys(("Changes", "Mapping[str, float]", "Sequence[str]"), (Texts, None))
-)
+AGAIN = "; can be given several times"
+#: Annotation in a source -> type on a command line, click's type, more about the option.
+TYPES: dict[str, tuple[Any, Any, str]] = {
+    **{x.__name__: (x, None, "") for x in (bool, float, int, str)},
+    **dict.fromkeys(("Changes", "Mapping[str, float]", "Sequence[str]"), (Texts, None, AGAIN)),
+    "str | Path": (Path, None, ""),
+    "AnyDesign": (str, DESIGN, ""),
+    "AnyScenario": (str, SCENARIO, ""),
+    "Sequence[float]": (Texts, click.FLOAT, AGAIN),
+    "Sequence[str] | None": (str, click.types.FuncParamType(names), "; several as a,b"),
+}
 #: Parameters that have the same option in every command.
 SHARED = {
     "changes": common.SETTING,
@@ -69,6 +68,7 @@ def function(path: str, *body: str, **own: Any) -> Any:
     meanings = dict(ENTRY.findall(rest.partition("\n\n")[0]))
     words = {name: f"--{name.replace('_', '-')}" for name in meanings}
     words |= {name: one.names[0] for name, one in (SHARED | own).items() if one.names}
+    plain = partial(re.sub, "``(.*?)``", lambda word: words.get(word[1], word[1]))
     args, shown = source.args, []
     defaults = [None] * (len(args.args) - len(args.defaults)) + [*args.defaults, *args.kw_defaults]
     for one, default in zip([*args.args, *args.kwonlyargs], defaults, strict=True):
@@ -80,16 +80,15 @@ def function(path: str, *body: str, **own: Any) -> Any:
             annotation = annotation.removesuffix(" | None")
         if name not in meanings or annotation not in TYPES:
             raise TypeError(f"{path}: {name}: must be explained, of a type with an option")
-        kind, clicks = TYPES[annotation]
-        meaning = " ".join(meanings[name].split())
-        meaning = re.sub("``(.*?)``", lambda word: words.get(word[1], word[1]), meaning)
+        kind, clicks, more = TYPES[annotation]
+        meaning = plain(" ".join(meanings[name].split()))
         settings = dict(known.settings)
         if known.make is click.Argument:
-            text += f"\n\n{settings.get('metavar', name.upper())}: {meaning}"
+            text += f"\n\n{name.upper()}: {meaning}"
         else:
             if default and kind not in (bool, Texts):
                 settings.setdefault("default", ast.literal_eval(default))
-            settings["help"] = settings["help"] or _help(meaning, settings.get("default"))
+            settings["help"] = settings["help"] or _help(meaning, more, settings.get("default"))
         known = known._replace(kind=known.kind or clicks, settings=settings)
         shown.append(Parameter(name, Parameter.KEYWORD_ONLY, default=known, annotation=kind))
     if own:
@@ -98,7 +97,7 @@ def function(path: str, *body: str, **own: Any) -> Any:
     def make(**given: Any) -> partial[Any]:
         return partial(_late, module, called, **given)
 
-    make.__doc__ = text.strip()
+    make.__doc__ = plain(text)
     make.__signature__ = Signature(shown)  # type: ignore[attr-defined]
     return Together(make)
 
@@ -107,12 +106,12 @@ def _late(module: str, name: str, *others: Any, **given: Any) -> Any:
     return getattr(import_module(f"hfc_design.{module}"), name)(*others, **given)
 
 
-def _help(meaning: str, default: Any) -> str:
+def _help(meaning: str, more: str, default: Any) -> str:
     """Return the help of an option, with its default in brackets."""
     text, _, told = meaning.rstrip(".").partition("; default: ")
     if not told and default not in (None, "", ()):
         told = f"{default:g}" if isinstance(default, float) else str(default)
-    return text[0].upper() + text[1:] + (f" [default: {told}]." if told else ".")
+    return text[0].upper() + text[1:] + more + (f" [default: {told}]." if told else ".")
 
 
 def drawn(result: Any, plot: Path | None = None) -> Answer:

@@ -56,7 +56,7 @@ def frequency(
     ),
     plot: Path | None = common.output("Draw the responses (png, svg or pdf)."),
 ) -> Answer:
-    """Frequency response of a log, or of a design's loop."""
+    """Frequency responses of SOURCES: logs of drives, loops of designs."""
     return drawn(call(*sources), plot)
 
 

@@ -37,7 +37,9 @@ def explain(
 
 @command(last=common.KNOWING)
 def stability(
-    call: partial[Any] = function("calls.stability.stability", changes=common.CHANGING),
+    call: partial[Any] = function(
+        "calls.stability.stability", design=argument(required=False), changes=common.CHANGING
+    ),
     plot: Path | None = common.output("Draw the range (png, svg or pdf)."),
 ) -> Answer:
     """Gains that keep a drive stable; margins of a loop."""

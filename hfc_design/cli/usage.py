@@ -159,8 +159,5 @@ def _allowed(kind: Any, typed: str) -> str:
     if low is not None and high is not None:
         return f"{number} from {low:g} to {high:g}"
     if low is not None:
-        more = (
-            f"greater than {low:g}" if getattr(kind, "min_open", False) else f"of at least {low:g}"
-        )
-        return f"{number} {more}"
+        return f"{number} of at least {low:g}"
     return number if high is None else f"{number} of at most {high:g}"

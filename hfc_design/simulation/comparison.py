@@ -272,7 +272,7 @@ def compare(
         machines: number of perturbed machines.
         seed: random seed of the machines.
         progress: function called with what, done and total after every chunk of machines.
-        tolerances: relative spreads of single parameters instead of ``spread``, as backlash=0.5.
+        tolerances: relative spread of one parameter instead of ``spread``, as in backlash=0.5.
 
     Raises:
         UserError: there are fewer than two designs, one is given twice or cannot run, or a number
