@@ -214,12 +214,10 @@ def report(
         path: path of the page of a single design; default: NAME.html.
         each: also write the missing pages of the runs below the folder.
         scenario: scenario of a single design; default: the one that the design was made for.
-        figures: "pdf", "svg" or "pgf": write every figure of the page as a file of this kind, to
-            the folder figures of the run or batch, for a single design to NAME-figures beside the
-            page.
+        figures: "pdf", "svg" or "pgf": write every figure as a file of this kind, to the folder
+            figures of the run or batch, for a single design to NAME-figures beside the page.
         width: width of these figures, as in "88mm"; default: 3.5in.
-        latex: write every table of the page in LaTeX, to the folder latex of the run or batch, for
-            a single design to NAME-latex beside the page.
+        latex: write every table in LaTeX, to the folder latex, for a design to NAME-latex.
 
     Returns:
         The path of the page.

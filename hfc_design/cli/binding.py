@@ -30,7 +30,7 @@ class Parameter(NamedTuple):
     make: type[click.Parameter]
     names: tuple[str, ...]  # of an option, as "--to"; (): made from the name of the parameter
     kind: Any  # click's type; None: from the annotation
-    settings: dict[str, Any]  # click's keywords; ``low``: minimum
+    settings: dict[str, Any]  # click's keywords; ``low``: smallest number
 
     def of(self, name: str, annotation: Any) -> click.Parameter:
         """Return the click parameter for a function's parameter with this name and annotation."""
@@ -38,8 +38,7 @@ class Parameter(NamedTuple):
         types = [one for one in get_args(annotation) if one is not type(None)] or [annotation]
         plain = str if annotation == Texts else PATH if types[0] is Path else types[0]
         if "low" in settings:
-            within = click.IntRange if plain is int else click.FloatRange
-            plain = within(settings.pop("low"))
+            plain = click.IntRange(settings.pop("low"))
         if plain is bool:
             settings.setdefault("is_flag", True)
         elif "is_flag" not in settings:

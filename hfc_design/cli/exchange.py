@@ -89,6 +89,7 @@ def term_counts(text: str | None) -> tuple[int, int] | None:
     return counts
 
 
+KINDS = click.Choice(["flc", "aflc", "pd+hierarchical-fuzzy"])
 SIGNAL_HELP = "Signal of an input of FILE, as in input1=error, if its name does not tell."
 
 
@@ -101,7 +102,7 @@ def import_(
     ),
     axis: str | None = option("Axis whose learned state FILE is, if there are several."),
     output: str | None = option("Output of FILE to import, if there are several.", metavar="NAME"),
-    kind: str | None = option(None, kind=click.Choice(["flc", "aflc", "pd+hierarchical-fuzzy"])),
+    kind: str | None = option("Kind of the design [default: by the terms of FILE].", kind=KINDS),
     name: str | None = option("Name of the design [default: the file's]."),
     plant: str | None = option("Plant of the design: feed-drive, c-axis or your own.", kind=PLANT),
     sample_time: float | None = option("Sample time T [s] [default: 0.01, of a C-axis 0.001]."),

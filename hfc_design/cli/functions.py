@@ -5,7 +5,7 @@ Their sources are read, because an import takes seconds.
 
 import ast
 import re
-from functools import cache, partial
+from functools import partial
 from importlib import import_module
 from inspect import Parameter, Signature
 from pathlib import Path
@@ -44,11 +44,13 @@ SHARED = {
 ENTRY = re.compile(r"^    (\w+): (.*(?:\n {8}.*)*)", re.MULTILINE)
 
 
-@cache
-def _functions(module: str) -> dict[str, ast.FunctionDef]:
+def _read(module: str, name: str) -> Any:
+    """Return the tree of a function without its body, as parsing whole modules takes longer."""
     place = Path(__file__).parents[1].joinpath(*module.split(".")).with_suffix(".py")
-    source = place.read_text("utf-8")
-    return {one.name: one for one in ast.parse(source).body if isinstance(one, ast.FunctionDef)}
+    _, begin, rest = place.read_text("utf-8").partition(f"\ndef {name}(")
+    head, end, _ = rest.partition('\n    """\n')
+    tree: Any = ast.parse(f"{begin}{head}{end}")
+    return tree.body[0]
 
 
 def function(path: str, *body: str, **own: Any) -> Any:
@@ -59,10 +61,10 @@ def function(path: str, *body: str, **own: Any) -> Any:
     of the command is the docstring up to "The counterpart of", and the meanings of arguments.
 
     Raises:
-        TypeError: a parameter has no meaning in ``Args``, or no option for its type.
+        TypeError: a parameter has no meaning in ``Args``, no option for its type, or is unknown.
     """
     module, _, called = path.rpartition(".")
-    source = _functions(module)[called]
+    source = _read(module, called)
     text, _, rest = str(ast.get_docstring(source)).partition("\n\nArgs:\n")
     text = text.partition("\n\nThe counterpart of ")[0].partition("\n\n")[2]
     meanings = dict(ENTRY.findall(rest.partition("\n\n")[0]))
@@ -70,11 +72,14 @@ def function(path: str, *body: str, **own: Any) -> Any:
     words |= {name: one.names[0] for name, one in (SHARED | own).items() if one.names}
     plain = partial(re.sub, "``(.*?)``", lambda word: words.get(word[1], word[1]))
     args, shown = source.args, []
+    every = [*args.args, *args.kwonlyargs]
+    if unknown := {*body, *own} - {one.arg for one in every}:
+        raise TypeError(f"{path}: {', '.join(unknown)}: no such parameters")
     defaults = [None] * (len(args.args) - len(args.defaults)) + [*args.defaults, *args.kw_defaults]
-    for one, default in zip([*args.args, *args.kwonlyargs], defaults, strict=True):
+    for one, default in zip(every, defaults, strict=True):
         if (name := one.arg) in body:
             continue
-        known = own.pop(name, SHARED.get(name)) or (option(None) if default else argument())
+        known = own.get(name, SHARED.get(name)) or (option(None) if default else argument())
         annotation = ast.unparse(one.annotation or one).strip("'")
         if annotation not in TYPES:
             annotation = annotation.removesuffix(" | None")
@@ -91,8 +96,6 @@ def function(path: str, *body: str, **own: Any) -> Any:
             settings["help"] = settings["help"] or _help(meaning, more, settings.get("default"))
         known = known._replace(kind=known.kind or clicks, settings=settings)
         shown.append(Parameter(name, Parameter.KEYWORD_ONLY, default=known, annotation=kind))
-    if own:
-        raise TypeError(f"{path}: {', '.join(own)}: no such parameters")
 
     def make(**given: Any) -> partial[Any]:
         return partial(_late, module, called, **given)

@@ -12,7 +12,6 @@ from hfc_design.cli.binding import PATH, Texts, argument, command, option
 from hfc_design.cli.functions import function
 from hfc_design.cli.names import SCENARIO
 from hfc_design.cli.usage import refusal
-from hfc_design.core.console import busy
 
 if TYPE_CHECKING:
     from hfc_design.report.paper import Paper
@@ -58,6 +57,7 @@ def report(
     and NAME-latex beside the page.
     """
     from hfc_design.core.checkpoint import write_whole
+    from hfc_design.core.console import busy
     from hfc_design.files.design import builtin_designs
     from hfc_design.report.page import design_page
 
@@ -91,6 +91,7 @@ def _of_folder(place: Path, each: bool, parquet: bool, paper: "Paper | None") ->
     """Write the pages of a folder, and print the findings if it has several runs."""
     from hfc_design.batch.report import report
     from hfc_design.batch.summary_text import show_findings
+    from hfc_design.core.console import busy
 
     findings: list[Any] = []
     try:
