@@ -26,7 +26,7 @@ SPREADS = option(None, "--tolerance", metavar="PARAMETER=SHARE")
 PAGE, TABLE, NUMBERS = "report.html", "comparison.csv", "comparison.json"
 
 
-@command(last=common.ON_A_PLANT)
+@command("Compare DESIGNS on the same machines.", last=common.ON_A_PLANT)
 def compare(
     designs: Texts = argument(DESIGN, nargs=-1),
     scenarios: Texts = option(SCENARIO_HELP, "--scenario", kind=SCENARIO),

@@ -56,7 +56,7 @@ def frequency(
     ),
     plot: Path | None = common.output("Draw the responses (png, svg or pdf)."),
 ) -> Answer:
-    """Frequency responses of SOURCES: logs of drives, loops of designs."""
+    """Frequency responses of SOURCES, which are logs and designs."""
     return drawn(call(*sources), plot)
 
 
