@@ -105,9 +105,9 @@ test-lowest: .venv-lowest/installed
 	HFC_WORDING=any .venv-lowest/bin/pytest $(PARALLEL) -W ignore::DeprecationWarning $(SMOKE)
 
 # The same with the packages of make test on another Python: make test-python VERSION=3.13, or the
-# path of an interpreter. A version that is not here is fetched by uv.
+# path of an interpreter. A version that is not here is fetched by uv. BARE=1: without what Windows lacks.
 test-python: $(OTHER)/installed
-	HFC_WORDING=any $(OTHER)/bin/pytest $(PARALLEL) $(SMOKE)
+	HFC_WORDING=any $(if $(BARE),HFC_BARE=1) $(OTHER)/bin/pytest $(PARALLEL) $(SMOKE)
 
 # Without what Windows lacks, see tests/helpers/bare.py; and the types for other systems.
 test-bare: $(VENV)/installed

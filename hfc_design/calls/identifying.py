@@ -1,12 +1,15 @@
 """Identification of a machine from its log, and the experiment for it, from a script."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
+
+import numpy as np
 
 from hfc_design.core.arguments import check_positive, check_whole, path_of
 from hfc_design.core.overrides import Changes, overridden
 from hfc_design.core.records import UserError
-from hfc_design.core.wording import percent
+from hfc_design.core.wording import percent, three_digits
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.identify import experiment_files, identified
@@ -18,12 +21,15 @@ from hfc_design.identify.experiment import (
     default_limits,
     follower,
 )
+from hfc_design.identify.frequency import measured_response
 from hfc_design.identify.page import write
-from hfc_design.identify.recording import recordings, sources
+from hfc_design.identify.recording import Recording, recordings, sources
 from hfc_design.identify.request import task_of
 from hfc_design.identify.result import Identified
 from hfc_design.simulation.frequency import Setup
 from hfc_design.simulation.usable import usable
+from hfc_design.stability.frequency import COLUMNS
+from plants import Drive
 
 #: Relative difference of sample times that counts as none.
 SAME_PERIOD = 1e-3
@@ -207,6 +213,7 @@ def check(
             f"(got {recording.sample_time:g} s)"
         )
     found = Promise(setup, recording, name).check(recording, name)
+    found = found._replace(margins=_margins(recording, task.drive_axis.drive))
     if not found.unlike or not (keys := found.explanations[0].keys):
         return found
     given = task.scenario.model_dump(exclude_unset=True)
@@ -215,3 +222,14 @@ def check(
     need = "needs no new design" if now.yes else "should be designed again"
     share = f"{percent(float(now.good.mean()))} of {AGAIN} such machines pass"
     return found._replace(again=f"; with that it {need}: {now.verdict}, {share}")
+
+
+def _margins(log: Recording, drive: Drive) -> str:
+    """Return the margins that the log itself shows, in a line; "": it does not show them."""
+    with suppress(UserError):  # nothing excites the loop
+        response = measured_response(log, drive, "")
+        known = {key: float(x[0]) for key, x in response.margins.items() if np.isfinite(x[0])}
+        if "sensitivity" in known:
+            each = (f"{COLUMNS[key]} {three_digits(x)}" for key, x in known.items())
+            return f"the log's own signals show: {', '.join(each)}"
+    return ""

@@ -77,6 +77,7 @@ def experiment(
 @command(last=common.plugins({}))
 def check(
     call: partial[Any] = function("calls.identifying.check", design=PROMISED),
+    plot: Path | None = common.output("Draw log and machines (png, svg or pdf)."),
 ) -> Answer:
     """Whether a machine does what its design promised."""
-    return drawn(call())
+    return drawn(call(), plot)

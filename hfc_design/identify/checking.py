@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import jax
 import numpy as np
+from matplotlib.figure import Figure
 
 from hfc_design.core.numbers import Floats, Json, storable
 from hfc_design.core.records import UserError
@@ -21,6 +22,8 @@ from hfc_design.core.tables import Table
 from hfc_design.core.wording import percent, three_digits
 from hfc_design.files.robust import friction_of
 from hfc_design.identify.recording import Recording
+from hfc_design.plotting.curves import thinned
+from hfc_design.plotting.figure import OTHER, OWN, above, finish, framed
 from hfc_design.simulation.following import followed
 from hfc_design.simulation.frequency import Setup
 from hfc_design.simulation.population import Machines, standing
@@ -60,7 +63,10 @@ class Check(NamedTuple):
     measured: dict[str, float]  # numbers of the log, with units in their names
     expected: dict[str, tuple[float, float]]  # 5 and 95 % of the machines
     explanations: tuple[Explanation, ...]  # the best first; (): it is not unlike
+    curves: dict[str, tuple[Floats, Floats]]  # signal with unit -> log (steps,), ends (2, steps)
+    sample_time: float  # [s]
     again: str = ""  # whether to design again
+    margins: str = ""  # of the loop, from the log's own signals
 
     @property
     def unlike(self) -> bool:
@@ -100,12 +106,25 @@ class Check(NamedTuple):
             inside = "yes" if low <= value <= high else "no"
             rows.append([name, three_digits(value), f"{low:.3g}..{high:.3g}", inside])
         about = f"{self.log} and 5 to 95 % of {self.machines} machines within the tolerances."
-        tables = [Table(about, ("number", "log", "machines", "inside"), rows, lines=[self.verdict])]
+        lines = [x for x in (self.verdict, self.margins) if x]
+        tables = [Table(about, ("number", "log", "machines", "inside"), rows, lines=lines)]
         if self.unlike:
             rows = [[x.name, x.change, f"{x.distance:.3g}"] for x in self.explanations[:5]]
             why = "Changes that would explain it, the best first; the distance is squared."
             tables.append(Table(why, ("changed", "how", "distance"), rows))
         return tables
+
+    def figure(self) -> Figure:
+        """Draw error and command of the log, with the band of the machines."""
+        figure = framed(4.4, top=0.35)
+        panels = figure.subplots(len(self.curves), sharex=True)
+        for axes, (label, (own, ends)) in zip(panels, self.curves.items(), strict=True):
+            time = np.asarray(self.sample_time * np.arange(len(own)), float)
+            axes.fill_between(time, *ends, color=OTHER, alpha=0.3, lw=0, label="5 to 95 %")
+            axes.plot(*thinned(time, own), color=OWN, lw=0.9, label="log")
+            finish(axes, label, "time [s]" if axes is panels[-1] else "")
+        above(figure, panels[0])
+        return figure
 
 
 class Promise:
@@ -132,6 +151,8 @@ class Promise:
         self._usual = _Usual.of(drawn[:, :made])
         self._ranks = self._usual.distance(drawn[:, made:] - self._usual.mean[:, None])
         each = self._numbers(command[:, 1:], place[:, 1:]).items()
+        error = self._reference[:, None] - place[:, 1:]
+        self._bands = [np.quantile(x, (0.05, 0.95), axis=1) for x in (error, command[:, 1:])]
         quantiles = {name: np.quantile(x, (0.05, 0.95)).tolist() for name, x in each}
         self._expected = {name: (low, high) for name, (low, high) in quantiles.items()}
 
@@ -145,7 +166,11 @@ class Promise:
         values = {key: float(x[0]) for key, x in self._numbers(*own).items()}
         explained = tuple(self._explained(off)) if p_value < UNLIKE else ()
         machines = self._setup.machines.size - 1
-        return Check(name, machines, p_value, values, self._expected, explained)
+        labels = f"error [{self._units['error']}]", f"command [{self._units['command']}]"
+        signals = self._reference - log.place, log.command
+        curves = dict(zip(labels, zip(signals, self._bands, strict=True), strict=True))
+        known = (values, self._expected, explained, curves, self._setup.every)
+        return Check(name, machines, p_value, *known)
 
     def _followed(self, machines: Machines, common: bool = False) -> tuple[Floats, Floats]:
         """Return commands and positions (steps, machines) of machines that follow the reference."""
