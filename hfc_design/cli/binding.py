@@ -30,15 +30,13 @@ class Parameter(NamedTuple):
     make: type[click.Parameter]
     names: tuple[str, ...]  # of an option, as "--to"; (): made from the name of the parameter
     kind: Any  # click's type; None: from the annotation
-    settings: dict[str, Any]  # click's keywords; ``low``: smallest number
+    settings: dict[str, Any]  # click's keywords
 
     def of(self, name: str, annotation: Any) -> click.Parameter:
         """Return the click parameter for a function's parameter with this name and annotation."""
         settings = {"expose_value": not name.startswith("_"), **self.settings}
         types = [one for one in get_args(annotation) if one is not type(None)] or [annotation]
         plain = str if annotation == Texts else PATH if types[0] is Path else types[0]
-        if "low" in settings:
-            plain = click.IntRange(settings.pop("low"))
         if plain is bool:
             settings.setdefault("is_flag", True)
         elif "is_flag" not in settings:

@@ -39,7 +39,6 @@ def compare(
     papers: "partial[Paper | None]" = PAPERS,
     plot: Path | None = common.output("Draw the errors on all machines."),
     csv: Path | None = common.output("Write a row for each design, motion and machine."),
-    _memory: str | None = common.MEMORY,
 ) -> Answer:
     """Compare DESIGNS on the same machines: built-in names, design files, run folders."""
     from hfc_design.core.console import MachinesBar

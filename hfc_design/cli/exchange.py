@@ -8,7 +8,6 @@ import click
 from hfc_design.cli import options as common
 from hfc_design.cli.binding import PATH, Texts, argument, command, option
 from hfc_design.cli.names import DESIGN, FORMAT, PLANT, SCENARIO
-from hfc_design.cli.trading import numbers_of
 from hfc_design.cli.usage import refusal
 
 #: Warning about tabulated terms with large errors.
@@ -42,6 +41,7 @@ def export(
 ) -> None:
     """Write DESIGN for another program."""
     from hfc_design.controllers.rules import identifier
+    from hfc_design.core.overrides import set_keys
     from hfc_design.core.wording import one_of
     from hfc_design.files.loop_setup import load_design, made_for
     from hfc_design.formats import FORMATS, c_folder, check_score, connecting, with_data
@@ -58,7 +58,7 @@ def export(
     check_score(loaded, anyway)
     if (verdict := origin(loaded).usable) and not verdict.startswith("usable"):
         click.echo(f"hfc: warning: design {loaded.name}: {verdict.replace('**', '')}", err=True)
-    data = numbers_of("--motor", motor, "lead=5,torque=0.14") if motor else None
+    data = set_keys(motor.split(","), "motor") if motor else None
     form = with_data(FORMATS[target], motor=data, old=old)
     name = identifier(loaded.name) if form.called else loaded.name
     path = out or common.free(Path(name + (form.ending or form.suffix or f".{target}")))

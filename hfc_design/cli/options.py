@@ -74,6 +74,7 @@ CHANGING = option(CHANGE_HELP, "--change", metavar="KEY=VALUE")
 MEMORY_HELP = "Limit of memory, as in 8GB [default: 80 % of the free memory]."
 #: Option of commands with large memory needs; an environment variable passes it to workers.
 MEMORY = option(MEMORY_HELP, callback=_bounded)
+LIMITED = MEMORY.of("_memory", str)
 #: Help of an option of the commands that search.
 ANYWAY_HELP = "Resume even if version, files or plug-ins have changed; the result may differ."
 USE_HELP = "Load a plug-in that files name, as module:OBJECT; can be given several times."
@@ -119,9 +120,9 @@ def _known(ctx: click.Context, option: click.Parameter, value: str | Texts | Non
 
 #: Options that only load parts which files name; the same, where --plant also selects the plant.
 KNOWING = tuple(plugins(KNOWN))
-ON_A_PLANT = tuple(plugins(KNOWN | {"plant": CHOICES["plant"]}))
+ON_A_PLANT = LIMITED, *plugins(KNOWN | {"plant": CHOICES["plant"]})
 #: Options that select the parts of a scenario.
-CHOOSING = tuple(plugins(CHOICES))
+CHOOSING = LIMITED, *plugins(CHOICES)
 
 
 def named_part(key: str) -> str | None:

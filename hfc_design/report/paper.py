@@ -75,11 +75,9 @@ def for_a_paper(
     width: str | None = None,
     latex: bool = False,
 ) -> Paper | None:
-    """Return the parts of a page for a paper, or None; their folders are in ``folder``.
+    """Return the parts of a page for a paper; their folders are in ``folder``; None: no parts.
 
     Args:
-        folder: folder of the page.
-        stem: beginning of the names of the folders for the parts.
         figures: "pdf", "svg" or "pgf": also write every figure as a file of this kind, sized for a
             column of a paper.
         width: width of these figures, as in 88mm, 3.5in or 252pt; default: 3.5in.

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import click
 import pytest
 from click.shell_completion import BashComplete, FishComplete, ZshComplete
 from click.testing import CliRunner
@@ -33,7 +34,7 @@ def scale(
     number: float = argument(),
     law=SCALED,
     names: Texts = option("Names.", "--name"),
-    least: int = option("Least.", low=1, default=1),
+    least: int = option("Least.", kind=click.IntRange(1), default=1),
     out_file: Path | None = option("File."),
     loud: bool = option("Loud."),
 ) -> Answer:
