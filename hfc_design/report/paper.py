@@ -29,7 +29,7 @@ def column(width: str) -> float:
     size = float(match[1]) * MILLIMETRES[match[2]] if match else 0.0
     if not LEAST <= size <= MOST:
         units = ", ".join(MILLIMETRES)
-        allowed = f"a number with a unit ({units}), {LEAST:g} to {MOST:g} mm in total"
+        allowed = f"a number with a unit ({units}), as in '88mm', {LEAST:g} to {MOST:g} mm in total"
         raise UserError(f"{option('width', width)}: must be {allowed}")
     return size
 
