@@ -8,7 +8,6 @@ from hfc_design.core.numbers import Floats, rms
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError, either, option
 from hfc_design.core.texts import as_user_error
-from hfc_design.identify.advice import advice, profiles
 from hfc_design.identify.fit import (
     Fit,
     Tell,
@@ -28,6 +27,7 @@ from hfc_design.identify.identifiability import (
 )
 from hfc_design.identify.outcome import Check
 from hfc_design.identify.parameters import LATE, FreeParameters
+from hfc_design.identify.profiles import profiles
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import Residual, closed_loop_residual, replay
 from hfc_design.identify.request import Task, parameters_of
@@ -66,8 +66,6 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = silent) -> Ide
     known = certainty(fit)
     tell("likelihood profiles")
     worst = profiles(fit, known)
-    tell("what to record next")
-    record_next = advice(fit, known, log, substeps)
     tell("fitted again without the parameters that the log does not determine")
     fit, known, note = hold_untold(fit, known)
     tell("parameters tested on each log")
@@ -82,7 +80,7 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = silent) -> Ide
     notes = [note, apart, hidden, *(answer.lines() if answer else [])]
     notes += [*warnings_of(name, fit, known, log, pushed), *mismatched_logs(checks, logs)]
     notes = [line for line in (*notes, *log.notes, wanted.rest()) if line]
-    parts = known, worst, checks, record_next, answer, log, tuple(notes)
+    parts = known, worst, checks, answer, log, tuple(notes)
     return Identified(name, task, fit, *parts)
 
 

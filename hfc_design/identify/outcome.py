@@ -4,12 +4,11 @@ from typing import NamedTuple
 
 from hfc_design.core.numbers import Floats
 from hfc_design.core.tables import MISSING, Table
-from hfc_design.core.wording import percent
 from hfc_design.files.machine import Axis
-from hfc_design.identify.advice import Advice, Profile
 from hfc_design.identify.fit import Fit
 from hfc_design.identify.identifiability import CONFIDENCE, GIVEN, HELD, Certainty
 from hfc_design.identify.parameters import FreeParameters
+from hfc_design.identify.profiles import Profile
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.request import Task
 from hfc_design.identify.response import Response
@@ -28,9 +27,9 @@ ALIKE = (
     "not to an external force: the given parameters are known relative to the fixed "
     "ones, and a design needs no wider tolerance"
 )
-NOTHING = (
-    "no sine command would add much; measure other signals too, such as the current, or "
-    "identify fewer parameters"
+RECORD = (
+    "the motion that hfc experiment scenario.toml makes; if its page says that no motion tells a "
+    "parameter, measure other signals too, such as the current, or identify fewer parameters"
 )
 
 
@@ -53,7 +52,6 @@ class Outcome(NamedTuple):
     known: Certainty
     profiles: tuple[Profile, ...]
     checks: tuple[Check, ...]
-    advice: Advice | None
     response: Response | None
     recording: Recording
     notes: tuple[str, ...]
@@ -122,19 +120,8 @@ class Outcome(NamedTuple):
         return lines
 
     def advice_line(self) -> str:
-        """Return a line on what to record next; "" if there is no advice."""
-        one, units = self.advice, self.free.drive.units
-        if one is None:
-            return "" if self.known.identifiable.all() else NOTHING
-        gains = ", ".join(
-            f"{name} to {percent(b)} (now to {percent(a)})" for name, (a, b) in one.errors.items()
-        )
-        return (
-            f"{one.duration:g} s of a sine of the command of {one.amplitude:.3g} "
-            f"{units['command']} at {one.frequency:g} Hz (the axis moves "
-            f"{self.readable(one.travel)} back and forth, at up to {one.speed:.3g} "
-            f"{units['error_rate']}) would improve {gains} (standard errors)"
-        )
+        """Return a line on what to record next; "" if the log determines all parameters."""
+        return "" if self.known.identifiable.all() else RECORD
 
     def verdict(self) -> str:
         """Return the result in a sentence."""
