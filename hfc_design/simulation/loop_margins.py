@@ -14,7 +14,7 @@ import jax
 import numpy as np
 
 from hfc_design.controllers.controller import Controller
-from hfc_design.core.numbers import SAME, Floats, Gains, Json, Mask
+from hfc_design.core.numbers import SAME, Floats, Gains, Json, Mask, storable
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.loop_setup import controller_of, load_design, machine, with_converter
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
@@ -30,14 +30,12 @@ from hfc_design.stability.margins import (
     ASKED,
     GOALS,
     OpenLoop,
-    between,
-    crossings,
     largest,
     margins,
+    sampled_margins,
     swung,
 )
-from hfc_design.stability.margins import BAND as MINUS_3_DB
-from hfc_design.stability.report import At, LoopMargins, band, numbers
+from hfc_design.stability.report import At, LoopMargins, band
 
 #: Number of machines beside the nominal one from which a band of margins is computed.
 BAND = 20
@@ -177,7 +175,8 @@ def _at(
         if np.abs(loop.transfer(LOOKED_AT)).max() < NOTHING:
             entries.append((HELD if loop.c.any() else OPEN, {}, None))
         else:
-            entries.append(("", numbers(margins(loop), every, largest(of_load)), loop))
+            soft = zip(("compliance", "compliance_static"), largest(of_load), strict=True)
+            entries.append(("", margins(loop, every)._asdict() | storable(dict(soft)), loop))
     return entries
 
 
@@ -324,35 +323,25 @@ class AskedMargins:
             others = [np.delete(np.delete(whole, k, -1), k, -2) for k in range(whole.shape[-1])]
             sensitivity = np.stack([np.linalg.det(each) for each in others], axis=-1)
             sensitivity = sensitivity / np.linalg.det(whole)[..., None]
-            loop = (1.0 / sensitivity - 1.0).swapaxes(1, 2)  # (lanes, axes, frequencies)
-            gain, unity, lags = crossings(self._angles, loop)
-            per_crossing = {
-                "gain_margin": np.where(gain > 1.0, gain, np.inf),
-                "phase_margin_deg": np.degrees(np.minimum(lags, 2.0 * np.pi - lags)),
-                "delay_margin_samples": lags / unity,
+            found = sampled_margins(self._angles, self._every, sensitivity.swapaxes(1, 2))
+            found |= {
+                "sensitivity": _peaks(np.abs(sensitivity)),
+                "closed_loop_peak": _peaks(np.abs(1.0 - sensitivity)),
+                "compliance": _peaks(np.abs(soft)),
             }
-            least = {
-                name: np.fmin.reduce(x, -1, initial=np.inf) for name, x in per_crossing.items()
-            }
-            both = {"sensitivity": _peaks(np.abs(sensitivity)), **least}
-            goals = self._goals(sensitivity, soft)
-            near = np.tile(self._off[: len(self._answers)] == 0.0, len(whole) // len(self._answers))
-            both |= {key: np.where(near[:, None], x, np.nan) for key, x in goals.items()}
             if self._narrow and known.shape[1] == 1:
-                both["sensitivity"] = np.fmax(
-                    both["sensitivity"], _thin(machines, controllers, poles)
-                )
-            both["modes"] = self._swung(loop, np.fmax.reduce(unity, -1))
+                thin = _thin(machines, controllers, poles)
+                found["sensitivity"] = np.fmax(found["sensitivity"], thin)
+            near = np.tile(self._off[: len(self._answers)] == 0.0, len(whole) // len(self._answers))
+            both = {}
+            for name, (key, more, _) in ASKED.items():
+                none = np.isnan(found[key]) & (not more)  # a margin without an end is unlimited
+                both[name] = np.where(none, np.inf, found[key])
+                if name in GOALS:
+                    both[name] = np.where(near[:, None], both[name], np.nan)
+            loop = (1.0 / sensitivity - 1.0).swapaxes(1, 2)  # (lanes, axes, frequencies)
+            both["modes"] = self._swung(loop, found["crossover_hz"])
         return {name: np.where(known, each, np.nan) for name, each in both.items()}
-
-    def _goals(self, sensitivity: Any, soft: Any) -> dict[str, Floats]:
-        """Return ``GOALS`` (lanes, axes) from responses (lanes, frequencies, axes)."""
-        closed = np.abs(1.0 - sensitivity)
-        crossed, share = between(np.log(closed / MINUS_3_DB).swapaxes(1, 2))
-        ends = self._angles[:-1] * (self._angles[1:] / self._angles[:-1]) ** share
-        ends = np.where(crossed, ends / (2.0 * np.pi * self._every), np.inf)
-        goals = ends.min(axis=-1), _peaks(closed), _peaks(np.abs(soft))
-        return dict(zip(GOALS, goals, strict=True))
 
     def _swung(self, loop: Any, crossover: Floats) -> Floats:
         """Return how near modes of the stress lead loops to -1, (lanes, axes), see ``swung``."""
@@ -360,7 +349,7 @@ class AskedMargins:
         nearest = np.zeros(loop.shape[:-1])
         if stress is None:
             return nearest
-        lowest, highest = stress.modes_between(crossover / (2.0 * np.pi * self._every), self._every)
+        lowest, highest = stress.modes_between(crossover, self._every)
         near = (hz >= lowest[..., None] * (1.0 - SAME)) & (hz <= highest * (1.0 + SAME))
         shares = [x / (1.0 - x) for x in stress.mode_inertia] + [-1.0] * stress.far_modes
         for share in shares:

@@ -11,7 +11,7 @@ import numpy as np
 
 from hfc_design.core.numbers import Floats, Json, Mask, storable
 from hfc_design.core.tables import MISSING, Table, line, text
-from hfc_design.stability.margins import BAND, between, crossings
+from hfc_design.stability.margins import sampled_margins
 from hfc_design.stability.report import lag
 
 if TYPE_CHECKING:
@@ -92,25 +92,13 @@ class FrequencyResponse(NamedTuple):
     @property
     def margins(self) -> dict[str, Floats]:
         """Each of ``COLUMNS`` for all machines, (machines,); nan: not among the frequencies."""
-        known, every = self.known, self.sample_time
-        values: dict[str, Floats] = {}
+        known, values = self.known, dict[str, Floats]()
         if self.loop is not None and known.sum() > 1:
-            hertz, loop = self.hertz[known], self.loop[:, known]
-            with np.errstate(all="ignore"):
-                gains, unity, lags = crossings(2.0 * np.pi * hertz * every, loop)
-                sizes, closed = np.abs(1.0 / (1.0 + loop)), np.abs(loop / (1.0 + loop))
-                crossed, share = between(np.log(closed / BAND))
-                ends = hertz[:-1] * (hertz[1:] / hertz[:-1]) ** share
-            some = np.where(gains[:, :-1] > 1.0, gains[:, :-1], np.nan)
-            values = {
-                "crossover_hz": _extreme(np.fmax, unity) / (2.0 * np.pi * every),
-                "phase_deg": np.degrees(_extreme(np.fmin, np.minimum(lags, 2.0 * np.pi - lags))),
-                "gain_up": _extreme(np.fmin, some),
-                "sensitivity": sizes.max(axis=1),
-                "sensitivity_hz": hertz[sizes.argmax(axis=1)],
-                "peak": closed.max(axis=1),
-                "bandwidth_hz": _extreme(np.fmin, np.where(crossed, ends, np.nan)),
-            }
+            angles = 2.0 * np.pi * self.sample_time * self.hertz[known]
+            about = (self.sample_time, 1.0 / (1.0 + self.loop[:, known]))
+            values = sampled_margins(angles, *about, whole=False)
+            values["peak"] = values["closed_loop_peak"]
+            values = {key: values[key] for key in COLUMNS if key in values}
         if self.compliance is not None:
             values["compliance"] = np.abs(self.compliance).max(axis=1)
         return values
@@ -163,10 +151,6 @@ def response_units(units: Mapping[str, str]) -> tuple[str, str]:
     """Return the units of a drive's response and of its compliance, from those of its signals."""
     load = f"({units['load']})" if " " in units["load"] else units["load"]
     return f"{units['error']}/{units['command']}", f"{units['error']}/{load}"
-
-
-def _extreme(which: Any, values: Floats) -> Floats:
-    return np.asarray(which.reduce(values, axis=1, initial=np.nan))
 
 
 class Frequencies(NamedTuple):

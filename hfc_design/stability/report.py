@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Json, Parameters, storable
+from hfc_design.core.numbers import Floats, Json, Parameters
 from hfc_design.core.records import UserError, option
 from hfc_design.core.tables import MISSING, Table, line, table
-from hfc_design.stability.margins import ASKED, Margins, OpenLoop
+from hfc_design.stability.margins import ASKED, OpenLoop
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure  # takes longer than all the rest
@@ -217,31 +217,6 @@ class LoopMargins(NamedTuple):
             rows.append([one.name, "yes" if stable else "no", *cells])
         lines = [f"{one.name}: {one.why}" for one in self.rows if one.why]
         return [Table(self.about, head, rows, lines=lines)]
-
-
-def numbers(margins: Margins, every: float, compliance: tuple[float, float]) -> Json:
-    """Return margins for JSON, angles as Hz for a sample time ``every`` [s]; None: unlimited."""
-
-    def hertz(angle: float | None) -> float | None:
-        return None if angle is None else angle / (2.0 * np.pi * every)
-
-    return {
-        "stable": margins.stable,
-        "gain_up": margins.gain_up,
-        "gain_down": margins.gain_down,
-        "phase_deg": margins.phase,
-        "delay_samples": margins.delay,
-        "delay_ms": None if margins.delay is None else 1e3 * every * margins.delay,
-        "sensitivity": margins.sensitivity,
-        "sensitivity_hz": hertz(margins.peak),
-        "closed_loop_peak": margins.closed,
-        "disk": margins.disk,
-        "crossover_hz": hertz(margins.crossover),
-        "bandwidth_hz": hertz(margins.bandwidth),
-        "compliance": storable(compliance[0]),
-        "compliance_static": storable(compliance[1]),
-        "slowest_pole": float(abs(margins.poles[0])) if margins.poles else 0.0,
-    }
 
 
 def band(others: Sequence[Json]) -> dict[str, tuple[float | None, float | None]]:
