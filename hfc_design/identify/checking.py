@@ -174,10 +174,9 @@ class Promise:
 
     def _followed(self, machines: Machines, common: bool = False) -> tuple[Floats, Floats]:
         """Return commands and positions (steps, machines) of machines that follow the reference."""
-        setup, begin = self._setup, self._reference[0]
-        about = (setup.loop, machines, setup.gains, setup.point.row, setup.axis)
-        moving = self._reference - begin, self._added
-        command, place = followed(*about, *moving, self._noise, machines.size, common)
+        begin = self._reference[0]
+        moving = self._reference - begin, self._added, self._noise, machines.size, common
+        command, place = followed(self._setup, machines, *moving)
         return command, place + begin
 
     def _features(self, command: Floats, place: Floats) -> Floats:

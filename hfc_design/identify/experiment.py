@@ -175,9 +175,7 @@ class _Run(NamedTuple):
 
 def _simulated(setup: Setup, one: Segment, chosen: Integers) -> _Run:
     """Return a segment on the chosen machines."""
-    some, row = setup.machines.take(chosen), setup.point.row
-    about = (setup.loop, some, setup.gains, row, setup.axis)
-    return _Run(one, *followed(*about, one.reference, one.added))
+    return _Run(one, *followed(setup, setup.machines.take(chosen), one.reference, one.added))
 
 
 def _reached(run: _Run, limits: Limits, every: float) -> Floats:

@@ -13,8 +13,8 @@ from hfc_design.core.numbers import Floats, Gains
 from hfc_design.motion.samples import Samples
 from hfc_design.simulation.closed_loop import Loop, next_state, start
 from hfc_design.simulation.flattening import Code, joined
+from hfc_design.simulation.frequency import Excited, Setup, row_at
 from hfc_design.simulation.population import Machines, own_code_of
-from hfc_design.simulation.stepped_sines import Excited, row_at
 from hfc_design.simulation.stepping import nested
 
 #: Machines that are simulated at once.
@@ -22,11 +22,8 @@ AT_ONCE = 125
 
 
 def followed(
-    loop: Loop,
+    setup: Setup,
     machines: Machines,
-    gains: Gains,
-    row: Samples,
-    axis: int,
     reference: Floats,
     added: Floats,
     noise: float = 0.0,
@@ -36,22 +33,19 @@ def followed(
     """Return commands and measured positions (steps, machines) of an axis; the others rest.
 
     Args:
-        loop: the loop, with limits and sensors.
+        setup: the loop, at rest.
         machines: ``standing`` if the loop has effects around its drives.
-        gains: of one individual.
-        row: a column of the samples of a machine at rest.
-        axis: number of the axis.
-        reference: (steps,) less that of ``row``.
+        reference: (steps,) less that of the place of rest.
         added: (steps,) signal added to the command.
         noise: standard deviation of the encoders' noise, of other values on each machine.
         seed: seed of the noise.
         common: whether all machines have the same noise.
     """
-    every, steps = float(np.ravel(row.sample_time)[0]), len(reference)
+    loop, axis, every, steps = setup.loop, setup.axis, setup.every, len(reference)
     rate = np.gradient(reference, every)
     moving = np.stack([reference, rate, np.gradient(rate, every), added], axis=1)
     code, numbers = loop._replace(controller=Excited(loop.controller, False)).apart
-    shared = numbers, machines.nominal, gains, row, moving
+    shared = numbers, machines.nominal, setup.gains, setup.point.row, moving
     generator, parts = np.random.default_rng(seed), []
     encoders, size = len(loop.machine.drives[axis].encoders), machines.size
     width = -(-size // -(-size // AT_ONCE))  # chunks of one size share a program
@@ -72,7 +66,7 @@ def _motion(
     noisy: bool,
     numbers: Any,
     nominal: Any,
-    gains: Any,
+    gains: Gains,
     row: Samples,
     moving: Any,
     true: Any,
