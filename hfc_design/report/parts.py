@@ -123,7 +123,7 @@ def _loop(design: Design, scenario: Scenario) -> Section:
         return Section(title, f"{error.typed}.", None, [])
     drawing = Drawing(
         margins.figure(),
-        "Magnitude and phase of the open loop, and its sensitivity",
+        "Magnitude and phase of the open loop, its sensitivity, and the closed loop",
         "The open loop from command to command, and the factor by which feedback "
         "amplifies a disturbance.",
     )
