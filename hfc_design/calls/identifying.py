@@ -14,13 +14,7 @@ from hfc_design.files.design import AnyDesign
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.identify import experiment_files, identified
 from hfc_design.identify.checking import LATER, Check, Promise
-from hfc_design.identify.experiment import (
-    CHECKED,
-    Experiment,
-    choose,
-    default_limits,
-    follower,
-)
+from hfc_design.identify.experiment import CHECKED, Experiment, choose, default_limits, follower
 from hfc_design.identify.frequency import measured_response
 from hfc_design.identify.page import write
 from hfc_design.identify.recording import Recording, recordings, sources

@@ -8,15 +8,7 @@ from hfc_design.core.numbers import Floats, rms
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError, either, option
 from hfc_design.core.texts import as_user_error
-from hfc_design.identify.fit import (
-    Fit,
-    Tell,
-    bandwidths,
-    by_command,
-    by_starts,
-    residuals,
-    silent,
-)
+from hfc_design.identify.fit import Fit, Tell, bandwidths, by_command, by_starts, residuals, silent
 from hfc_design.identify.identifiability import (
     Certainty,
     certainty,

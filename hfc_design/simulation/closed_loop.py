@@ -190,13 +190,7 @@ def start(
         )
         rated = drive.encoders.items() if observed else ()
         rates.append({angle: getattr(state, velocity) for angle, velocity in rated})
-    return LoopState(
-        states,
-        tuple(angles),
-        tuple(rates),
-        memory,
-        (zero,) * len(states),
-    )
+    return LoopState(states, tuple(angles), tuple(rates), memory, (zero,) * len(states))
 
 
 def first_monitor(
