@@ -16,10 +16,10 @@ from hfc_design.identify import experiment_files, identified
 from hfc_design.identify.checking import LATER, Check, Promise
 from hfc_design.identify.experiment import CHECKED, Experiment, choose, default_limits, follower
 from hfc_design.identify.frequency import measured_response
+from hfc_design.identify.identified import Identified
 from hfc_design.identify.page import write
 from hfc_design.identify.recording import Recording, recordings, sources
 from hfc_design.identify.request import task_of
-from hfc_design.identify.result import Identified
 from hfc_design.simulation.frequency import Setup
 from hfc_design.simulation.usable import usable
 from hfc_design.stability.frequency import COLUMNS
