@@ -149,7 +149,7 @@ def experiment(
     for name, value in known.items():
         check_positive(name, value)
     limits = default_limits(loaded, setup.axis)._replace(**known)
-    made = choose(loaded, setup, duration, limits, parameters, add)
+    made = choose(setup, duration, limits, parameters, add)
     if folder is not None:
         one = loaded.plant.each()[setup.axis]
         experiment_files.write(made, one, loaded.plant.name, path_of(folder), how)
