@@ -277,11 +277,9 @@ def _factors(setup: Setup) -> Iterator[_Change]:
     """Yield each parameter times ``FACTORS``, as far as such machines exist; friction together."""
     axis, drive = setup.axis, setup.scenario.machine.drives[setup.axis]
     values, rubs = setup.scenario.plant.values()[axis], friction_of(drive)
-    groups = {FRICTION: rubs} if rubs else {}
-    several = _table(setup)
-    groups |= {
-        x: [x] for x in values._fields if x not in (*rubs, *drive.exact) and getattr(values, x)
-    }
+    groups, several = {FRICTION: rubs} if rubs else {}, _table(setup)
+    others = [x for x in values._fields if x not in (*rubs, *drive.exact)]
+    groups |= {x: [x] for x in others if getattr(values, x)}
     for name, parameters in groups.items():
         changed = [
             values._replace(**{x: factor * getattr(values, x) for x in parameters})

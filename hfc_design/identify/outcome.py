@@ -103,9 +103,8 @@ class Outcome(NamedTuple):
         ]
         head = ["parameter", "unit", "start", "found", "from", "to", "known?"]
         about = f"Parameters; {self.interval_line()}. The intervals allow for a coloured residual."
-        checks = [
-            [x.log, x.how, self.readable(x.before), self.readable(x.after)] for x in self.checks
-        ]
+        readable = self.readable
+        checks = [[x.log, x.how, readable(x.before), readable(x.after)] for x in self.checks]
         advice = [f"record next: {line}"] if (line := self.advice_line()) else []
         lines = [self.agreeing_line(), *self.untold_lines(), *self.notes, *advice]
         return [
@@ -119,11 +118,8 @@ class Outcome(NamedTuple):
         line = f"from and to are the ends of the {share} interval, if the model is correct"
         states = zip(self.free.names, self.known.state, strict=True)
         fixed = ", ".join(name for name, state in states if state == HELD)
-        return (
-            f"{line}; where 'given', if the fixed parameters ({fixed}) are correct"
-            if fixed
-            else line
-        )
+        given = f"; where 'given', if the fixed parameters ({fixed}) are correct"
+        return line + given * bool(fixed)
 
     def untold_lines(self) -> list[str]:
         """Return lines on combinations of parameters that the log does not determine."""

@@ -160,9 +160,9 @@ class Setup(NamedTuple):
 class Sines(NamedTuple):
     """Sines of a case (or of many: a leading axis), as amplitudes in the units of the drive."""
 
-    command: Floats
-    load: Floats | None  # None: no sines on the load
-    shift: Floats  # (..., frequencies) of the reference
+    command: Any
+    load: Any  # None: no sines on the load
+    shift: Any  # (..., frequencies) of the reference
 
 
 class Answers(NamedTuple):
@@ -249,15 +249,6 @@ class _Shared(NamedTuple):
     angles: Floats  # (frequencies,) per sample
 
 
-class _Lane(NamedTuple):
-    """Inputs of a lane."""
-
-    angle: Any  # per sample
-    command: Any  # amplitudes
-    load: Any
-    shift: Any  # of the reference
-
-
 def stepped_sines(
     setup: Setup, machines: Machines, sines: Sines, periods: Floats, opened: bool = False
 ) -> Answers:
@@ -326,19 +317,19 @@ def _sums(code: Code, axis: int, shared: _Shared, cases: Any) -> Any:
         if sines.load is not None:
             each.append((angles, zeros, sines.load + zeros, sines.shift))
         each.append((none, none, none, none))
-        lanes = _Lane(*map(jnp.concatenate, zip(*each, strict=True)))
+        turned, *lanes = map(jnp.concatenate, zip(*each, strict=True))
         law = gains, (None,) * len(loop.limits)
         first = start(loop, fixed, jnp.zeros(()), shared.row.start, law)
-        first = jax.tree.map(lambda leaf: jnp.broadcast_to(leaf, lanes.angle.shape), first)
+        first = jax.tree.map(lambda leaf: jnp.broadcast_to(leaf, turned.shape), first)
         about = (loop, axis, gains, shared.nominal, fixed)
-        move = jax.vmap(partial(_moved, *about), in_axes=(0, 0, 0, None, None))
-        more = jnp.exp(1j * lanes.angle)
+        move = jax.vmap(partial(_moved, *about), in_axes=(0, 0, 0, 0, None, None))
+        more = jnp.exp(1j * turned)
 
         def sample(carry: Any, given: Any) -> Any:
             before, turn, sums = carry
             *moving, weight = given
             row, every = row_at(shared.row, *moving), shared.row.sample_time
-            after, signals = move(before, turn, lanes, row, every)
+            after, signals = move(before, turn, turned, Sines(*lanes), row, every)
             return (after, turn * more, sums + weight * _added(signals, turn)), None
 
         begin = first, jnp.ones_like(more), jnp.zeros((len(more) - 1, 7), more.dtype)
@@ -355,13 +346,14 @@ def _moved(
     fixed: Any,
     before: LoopState,
     turn: Any,
-    lane: _Lane,
+    angle: Any,
+    lane: Sines,
     row: Samples,
     every: Scalar,
 ) -> tuple[LoopState, tuple[Any, ...]]:
     """Return the state of a lane after a sample, and its signals: see ``Answers``."""
     drive, state, one = loop.machine.drives[axis], before.states[axis], row.axes[axis]
-    parts = lane.angle * np.arange(len(one.loads)) / (len(one.loads) - 1.0)
+    parts = angle * np.arange(len(one.loads)) / (len(one.loads) - 1.0)
     loads = [
         x + lane.load * jnp.real(turn * jnp.exp(1j * part))
         for x, part in zip(one.loads, parts, strict=True)
