@@ -165,7 +165,5 @@ def _mode(hertz: Floats, response: Any, error: Floats, peak: float) -> Mode | No
     error_hz, error_damping = np.sqrt(np.diag(spread))
     if error_hz > SHARP or without < best.cost * BETTER:
         return None
-    w, damping = np.exp(best.x)
-    return Mode(
-        float(peak * w), float(damping), float(peak * w * error_hz), float(damping * error_damping)
-    )
+    hz, damping = np.exp(best.x) * [peak, 1.0]
+    return Mode(*map(float, (hz, damping, hz * error_hz, damping * error_damping)))

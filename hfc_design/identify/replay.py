@@ -250,16 +250,8 @@ def closed_loop_residual(scenario: Scenario, design: Design, log: Recording) -> 
 def _samples(log: Recording, substeps: int, noises: int) -> AxisSamples:
     """Return the recorded inputs of the axis, arrays (steps,); ``noises`` counts noises, all 0."""
     assert log.reference is not None
-    reference, every, still = log.reference, log.sample_time, np.zeros(len(log.load))
-    faster = np.diff(reference, 2, prepend=reference[0], append=reference[-1])
-    return AxisSamples(
-        reference=reference,
-        reference_rate=np.gradient(reference, every),  # at the sample, not half a sample later
-        loads=tuple(load_between(log.load, substeps).T),
-        noise=(still,) * noises,
-        target=reference,
-        reference_acceleration=faster / every**2,
-        sliding=still,
-        end=reference,
-        heading=still,
-    )
+    reference, every = log.reference, log.sample_time
+    rate = np.gradient(reference, every)  # at the sample, not half a sample later
+    faster = np.diff(reference, 2, prepend=reference[0], append=reference[-1]) / every**2
+    loads, noise = load_between(log.load, substeps).T, np.zeros((noises, len(reference)))
+    return AxisSamples(reference, rate, tuple(loads), tuple(noise), reference, faster)

@@ -256,11 +256,8 @@ def numerics_text(numbers: Json) -> str:
 
     ``numbers`` are those of ``Usable.numbers``. For a chaotic design there is no such advice.
     """
-    advice = {
-        "precision": "with --precision float64",
-        "substeps": "with four times simulation.substeps",
-    }
-    coarse = [text for key, text in advice.items() if (numbers[key] or 0.0) > COARSE]
+    ways = {"precision": "--precision float64", "substeps": "four times simulation.substeps"}
+    coarse = [f"with {way}" for key, way in ways.items() if (numbers[key] or 0.0) > COARSE]
     if not coarse or numbers.get("chaotic"):
         return ""
     return f"the search computed the merit too coarsely: search again {' and '.join(coarse)}"

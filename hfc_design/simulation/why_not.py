@@ -318,7 +318,5 @@ def needed(
             command = np.where(way * rate >= 0.0, demand, command)
     low, high = drive.largest_commands(parameters, most)
     pairs = (float(np.fmax.reduce(command)), high), (-float(np.fmin.reduce(command)), -low)
-    return max(pairs, key=lambda one: one[0] / max(one[1], TINY)), (
-        highest,
-        drive.top_speed(parameters),
-    )
+    worst = max(pairs, key=lambda one: one[0] / max(one[1], TINY))
+    return worst, (highest, drive.top_speed(parameters))

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 KNOWN = 0.5
 #: Most frequencies that are drawn, and height of a panel [in].
 POINTS, PANEL = 1500, 1.9
+#: Fields of ``FrequencyResponse`` with a number for each frequency that are drawn.
+CURVES = ("hertz", "drive", "coherence", "loop", "compliance")
 #: Quantiles of the machines that bound a band.
 ENDS = (0.05, 0.95)
 #: Columns of the table: key of a number -> title with its unit.
@@ -199,9 +201,8 @@ class Frequencies(NamedTuple):
         """Return the table of margins, the nominal machine above the band of others; of cycles."""
         units = self.responses[0].units
         each = [(one, one.margins) for one in self.responses]
-        keys = [
-            key for key in COLUMNS if any(np.isfinite(x.get(key, np.nan)).any() for _, x in each)
-        ]
+        there = {key for _, x in each for key, values in x.items() if np.isfinite(values).any()}
+        keys = [key for key in COLUMNS if key in there]
         head = ["source", "from [Hz]", "to [Hz]", *(COLUMNS[x].format(units[1]) for x in keys)]
         rows, lines = [], list[str]()
         for one, margins in each:
@@ -294,8 +295,5 @@ def _fewer(one: FrequencyResponse) -> FrequencyResponse:
     if len(one.hertz) <= POINTS:
         return one
     keep = np.unique(np.geomspace(1, len(one.hertz), POINTS).astype(int)) - 1
-    known = {"hertz", "drive", "coherence", "loop", "compliance"}
-    parts = {
-        name: x[..., keep] for name, x in one._asdict().items() if name in known and x is not None
-    }
-    return one._replace(**parts)
+    each = ((name, getattr(one, name)) for name in CURVES)
+    return one._replace(**{name: x[..., keep] for name, x in each if x is not None})

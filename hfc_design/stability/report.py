@@ -140,16 +140,14 @@ class LoopMargins(NamedTuple):
         violations = {}
         for name, limit in limits.items():
             value, where = self.worst.get(name, (None, ""))
-            more, qualifier = ASKED[name][1], "at least "
+            more, least = ASKED[name][1], "at least "
             if value is None and (not more or not where):
                 continue
             if value is None or (value > limit if more else value < limit):
                 actual = SAID[name].format(f"{value:.3g}") if value else "the loop is unstable"
                 at = where if where == "at rest" else f"at {where}"
-                violations[name] = (
-                    value,
-                    f"{actual} {at}, allowed {'' if more else qualifier}{limit:g}",
-                )
+                allowed = f"{'' if more else least}{limit:g}"
+                violations[name] = value, f"{actual} {at}, allowed {allowed}"
         return violations
 
     def numbers(self) -> Json:
