@@ -9,8 +9,7 @@ import numpy as np
 from jax import lax
 
 from hfc_design.core import devices
-from hfc_design.core.numbers import Floats, Gains
-from hfc_design.motion.samples import Samples
+from hfc_design.core.numbers import Floats
 from hfc_design.simulation.closed_loop import Loop, next_state, start
 from hfc_design.simulation.flattening import Code, joined
 from hfc_design.simulation.frequency import Excited, Setup, row_at
@@ -54,25 +53,15 @@ def followed(
         shape = (1 if common else width, steps, encoders) if noise else (1, 1, 1)
         shaken = np.broadcast_to(noise * generator.standard_normal(shape), (width, *shape[1:]))
         with own_code_of(loop):
-            parts.append(_motion(code, axis, bool(noise), *shared, some.actual, shaken))
+            parts.append(_motion(code, axis, bool(noise), shared, some.actual, shaken))
     command, place = (np.concatenate([np.asarray(x) for x in y]) for y in zip(*parts, strict=True))
     return command[:size].T, place[:size].T
 
 
 @partial(jax.jit, static_argnums=(0, 1, 2), compiler_options=devices.compiler_options())
-def _motion(
-    code: Code,
-    axis: int,
-    noisy: bool,
-    numbers: Any,
-    nominal: Any,
-    gains: Gains,
-    row: Samples,
-    moving: Any,
-    true: Any,
-    noise: Any,
-) -> Any:
+def _motion(code: Code, axis: int, noisy: bool, shared: Any, true: Any, noise: Any) -> Any:
     """Return commands and measured positions (machines, steps)."""
+    numbers, nominal, gains, row, moving = shared
     loop: Loop = joined(code, numbers)
     law = jax.tree.map(lambda one: one[0], jax.tree.map(nested, gains))
     drive, only = loop.machine.drives[axis], np.eye(len(loop.limits))[axis]

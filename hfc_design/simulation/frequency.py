@@ -225,16 +225,14 @@ def _response(setup: Setup, answers: Answers, size: float, part: slice) -> Frequ
     some: Answers = jax.tree.map(lambda leaf: leaf[part] if leaf.ndim > 1 else leaf, answers)
     units = setup.scenario.units.signals
     with np.errstate(all="ignore"):
-        return FrequencyResponse(
-            f"{setup.name} {three_digits(size)} {units['command']}",
-            some.hertz,
-            setup.every,
+        drive, loop, soft = (
             some.seen / some.command,
-            some.share[0],
-            response_units(units),
             -some.answer / some.command,
             some.moved / some.load,
         )
+    about = (drive, some.share[0], response_units(units), loop, soft)
+    name = f"{setup.name} {three_digits(size)} {units['command']}"
+    return FrequencyResponse(name, some.hertz, setup.every, *about)
 
 
 class _Shared(NamedTuple):
@@ -284,18 +282,10 @@ def stepped_sines(
     resisting, _, _, moved, *_ = sums[..., -len(angles) :]
     with np.errstate(all="ignore"):
         shares = 2.0 * np.abs([command, answer]) ** 2 / (np.real(powers) * weights.sum())
-    return Answers(
-        angles / (2.0 * np.pi * every),
-        sines.command[:, None] * unit,
-        command,
-        answer,
-        seen,
-        middle.real / weights.sum(),
-        np.nan_to_num(shares).min(axis=0),
-        0.0 * unit if sines.load is None else sines.load[:, None] * unit,
-        moved,
-        resisting,
-    )
+    share, mean = np.nan_to_num(shares).min(axis=0), middle.real / weights.sum()
+    added, load = (0.0 * unit if x is None else x[:, None] * unit for x in sines[:2])
+    phasors = (added, command, answer, seen, mean, share, load, moved, resisting)
+    return Answers(angles / (2.0 * np.pi * every), *phasors)
 
 
 def whole_periods(count: int) -> Floats:
@@ -322,7 +312,7 @@ def _sums(code: Code, axis: int, shared: _Shared, cases: Any) -> Any:
         first = start(loop, fixed, jnp.zeros(()), shared.row.start, law)
         first = jax.tree.map(lambda leaf: jnp.broadcast_to(leaf, turned.shape), first)
         about = (loop, axis, gains, shared.nominal, fixed)
-        move = jax.vmap(partial(_moved, *about), in_axes=(0, 0, 0, 0, None, None))
+        move = jax.vmap(partial(_moved, about), in_axes=(0, 0, 0, 0, None, None))
         more = jnp.exp(1j * turned)
 
         def sample(carry: Any, given: Any) -> Any:
@@ -339,19 +329,13 @@ def _sums(code: Code, axis: int, shared: _Shared, cases: Any) -> Any:
 
 
 def _moved(
-    loop: Loop,
-    axis: int,
-    gains: Gains,
-    nominal: Any,
-    fixed: Any,
-    before: LoopState,
-    turn: Any,
-    angle: Any,
-    lane: Sines,
-    row: Samples,
-    every: Scalar,
+    about: Any, before: LoopState, turn: Any, angle: Any, lane: Sines, row: Samples, every: Scalar
 ) -> tuple[LoopState, tuple[Any, ...]]:
-    """Return the state of a lane after a sample, and its signals: see ``Answers``."""
+    """Return the state of a lane after a sample, and its signals: see ``Answers``.
+
+    ``about``: loop, axis, gains, assumed parameters and coefficients, which all lanes share.
+    """
+    loop, axis, gains, nominal, fixed = about
     drive, state, one = loop.machine.drives[axis], before.states[axis], row.axes[axis]
     parts = angle * np.arange(len(one.loads)) / (len(one.loads) - 1.0)
     loads = [

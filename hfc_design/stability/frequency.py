@@ -153,9 +153,9 @@ class FrequencyResponse(NamedTuple):
             values = getattr(self, name)
             if values is not None:
                 low, high = np.quantile(np.abs(values), ENDS, axis=0)
-                sizes = {"magnitude": np.abs(values[0]), "low": low, "high": high}
-                curves[name] = {key: x.tolist() for key, x in sizes.items()}
-                curves[name]["phase_deg"] = lag(values[0]).tolist()
+                curve = {"magnitude": np.abs(values[0]), "low": low, "high": high}
+                curve["phase_deg"] = lag(values[0])
+                curves[name] = {key: x.tolist() for key, x in curve.items()}
         margins = {
             key: storable({"nominal": x[0], "low": low, "high": high})
             for key, x in self.margins.items()
