@@ -129,7 +129,7 @@ def _loop(design: Design, scenario: Scenario) -> Section:
     )
     (table,) = margins.tables()
     why = " ".join(f"{line}." for line in table.lines)
-    return Section(title, why, table, [drawing])
+    return Section(title, why, table, [] if margins.stable is None else [drawing])
 
 
 class Baseline(NamedTuple):

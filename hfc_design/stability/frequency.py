@@ -251,7 +251,7 @@ def drawn(responses: Sequence[FrequencyResponse], columns: int = 2) -> "Figure":
     most = sorted((curves for _, curves in shown), key=len, reverse=True)
     labels = [*dict.fromkeys(label for curves in most for label in curves)]
     labels = [label for label in labels if columns > 1 or label != NYQUIST]
-    rows, top = -(-len(labels) // columns), 0.3 + 0.18 * (len(responses) // 2)
+    rows, top = max(-(-len(labels) // columns), 1), 0.3 + 0.18 * (len(responses) // 2)
     figure = framed(PANEL * rows + top + 0.4, top=top)
     figure.set_size_inches(columns * WIDTH, figure.get_figheight())
     figure.subplots_adjust(left=0.15 / columns, right=0.985, hspace=0.38, wspace=0.24)
