@@ -41,7 +41,7 @@ from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.scenario import Scenario
 from hfc_design.identify.checking import Check
 from hfc_design.identify.experiment import Experiment
-from hfc_design.identify.result import Identified
+from hfc_design.identify.identified import Identified
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
 from hfc_design.plotting.section import Drawing, Section
 from hfc_design.report.circle import CircleTest

@@ -82,15 +82,8 @@ def frequency(
         for name, recording in read.items():
             responses.append(measured_response(recording, task.drive_axis.drive, name))
     for design in designs:
-        responses += simulated_response(
-            design,
-            scenario,
-            axis=axis,
-            speed=speed,
-            amplitudes=amplitudes,
-            machines=machines,
-            frequencies=frequencies,
-        )
+        about = (axis, speed, amplitudes, machines, frequencies)
+        responses += simulated_response(design, scenario, *about)
         found += limit_cycles(design, scenario, axis) if cycles else []
     return Frequencies(responses, found if cycles else None)
 

@@ -14,18 +14,12 @@ from hfc_design.files.design import AnyDesign
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.identify import experiment_files, identified
 from hfc_design.identify.checking import LATER, Check, Promise
-from hfc_design.identify.experiment import (
-    CHECKED,
-    Experiment,
-    choose,
-    default_limits,
-    follower,
-)
+from hfc_design.identify.experiment import CHECKED, Experiment, choose, default_limits, follower
 from hfc_design.identify.frequency import measured_response
+from hfc_design.identify.identified import Identified
 from hfc_design.identify.page import write
 from hfc_design.identify.recording import Recording, recordings, sources
 from hfc_design.identify.request import task_of
-from hfc_design.identify.result import Identified
 from hfc_design.simulation.frequency import Setup
 from hfc_design.simulation.usable import usable
 from hfc_design.stability.frequency import COLUMNS
@@ -162,7 +156,7 @@ def experiment(
     for name, value in known.items():
         check_positive(name, value)
     limits = default_limits(loaded, setup.axis)._replace(**known)
-    made = choose(loaded, setup, duration, limits, parameters, add)
+    made = choose(setup, duration, limits, parameters, add)
     if folder is not None:
         one = loaded.plant.each()[setup.axis]
         experiment_files.write(made, one, loaded.plant.name, path_of(folder), how)

@@ -17,8 +17,8 @@ from hfc_design.core.records import UserError, harmless
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.loop_setup import load_design, own_scenario
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
+from hfc_design.identify.identified import Identified
 from hfc_design.identify.page import replayed
-from hfc_design.identify.result import Identified
 from hfc_design.plotting.column import in_column
 from hfc_design.plotting.files import save
 from hfc_design.report import REPORT, batch_plots, overlaid, plots, searches

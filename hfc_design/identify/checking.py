@@ -174,10 +174,9 @@ class Promise:
 
     def _followed(self, machines: Machines, common: bool = False) -> tuple[Floats, Floats]:
         """Return commands and positions (steps, machines) of machines that follow the reference."""
-        setup, begin = self._setup, self._reference[0]
-        about = (setup.loop, machines, setup.gains, setup.point.row, setup.axis)
-        moving = self._reference - begin, self._added
-        command, place = followed(*about, *moving, self._noise, machines.size, common)
+        begin = self._reference[0]
+        moving = self._reference - begin, self._added, self._noise, machines.size, common
+        command, place = followed(self._setup, machines, *moving)
         return command, place + begin
 
     def _features(self, command: Floats, place: Floats) -> Floats:
@@ -278,11 +277,9 @@ def _factors(setup: Setup) -> Iterator[_Change]:
     """Yield each parameter times ``FACTORS``, as far as such machines exist; friction together."""
     axis, drive = setup.axis, setup.scenario.machine.drives[setup.axis]
     values, rubs = setup.scenario.plant.values()[axis], friction_of(drive)
-    groups = {FRICTION: rubs} if rubs else {}
-    several = _table(setup)
-    groups |= {
-        x: [x] for x in values._fields if x not in (*rubs, *drive.exact) and getattr(values, x)
-    }
+    groups, several = {FRICTION: rubs} if rubs else {}, _table(setup)
+    others = [x for x in values._fields if x not in (*rubs, *drive.exact)]
+    groups |= {x: [x] for x in others if getattr(values, x)}
     for name, parameters in groups.items():
         changed = [
             values._replace(**{x: factor * getattr(values, x) for x in parameters})

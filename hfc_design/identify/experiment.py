@@ -101,31 +101,18 @@ class Experiment(NamedTuple):
 
 
 def choose(
-    scenario: Scenario,
-    setup: Setup,
-    duration: float,
-    limits: Limits,
-    names: Sequence[str] | None,
-    add: bool,
+    setup: Setup, duration: float, limits: Limits, names: Sequence[str] | None, add: bool
 ) -> Experiment:
-    """Return the experiment for an axis.
+    """Return the experiment for an axis, see ``calls.identifying.experiment``.
 
-    Args:
-        scenario: machine, sensors and tolerances.
-        setup: the loop that follows the reference, at rest, with at least ``CHECKED`` machines.
-        duration: of the experiment [s].
-        limits: that no machine may exceed.
-        names: parameters that it is to show; None: all that are not exact or 0.
-        add: whether a signal may be added to the command.
+    ``setup`` is the loop that follows the reference, at rest, with at least ``CHECKED`` machines.
 
     Raises:
         UserError: a parameter is unknown, or the travel is too short for any experiment.
     """
-    every, drive = setup.every, scenario.machine.drives[setup.axis]
-    step = scenario.plant.each()[setup.axis].resolution or 0.0
-    noise = np.hypot(
-        step / np.sqrt(12.0), scenario.sensors.of(scenario.machine.axes[setup.axis]).noise
-    )
+    scenario, every, one = setup.scenario, setup.every, setup.scenario.plant.each()[setup.axis]
+    drive, step = scenario.machine.drives[setup.axis], one.resolution or 0.0
+    noise = np.hypot(step / np.sqrt(12.0), scenario.sensors.of(one.name).noise)
     if limits.travel < LEAST * step:
         least = f"must be at least {LEAST * step:.3g} {drive.units['error']}, {LEAST:g} steps"
         raise UserError(f"{option('travel', limits.travel)}: {least} of the encoder")
@@ -138,10 +125,10 @@ def choose(
     short = UserError(f"{option('travel', limits.travel)}: is too short for any experiment")
     if not inside:
         raise short
-    own = _simulated(setup, _own_motion(scenario, setup, SEGMENTS * steps), some)
+    own = _simulated(setup, _own_motion(setup, SEGMENTS * steps), some)
     noise = noise or NOTHING * limits.travel
-    wanted, before = _information(scenario, setup, own, noise, names)
-    tables = np.array([_information(scenario, setup, run, noise, names)[1] for run in inside])
+    wanted, before = _information(setup, own, noise, names)
+    tables = np.array([_information(setup, run, noise, names)[1] for run in inside])
     kept = _determined(tables.sum(axis=(0, 1)), len(wanted))
     before, tables = (x[..., kept, :][..., kept] for x in (before, tables))
     free = [wanted[k] for k in kept if k < len(wanted)]
@@ -158,9 +145,9 @@ def choose(
     return Experiment(tuple(picked), every, limits, reached, count, told, held, drive.units)
 
 
-def _own_motion(scenario: Scenario, setup: Setup, steps: int) -> Segment:
+def _own_motion(setup: Setup, steps: int) -> Segment:
     """Return the scenario's first motion, to and fro for so many steps."""
-    reference = np.asarray(scenario.each_motion()[0].samples().axes[setup.axis].reference)
+    reference = np.asarray(setup.scenario.each_motion()[0].samples().axes[setup.axis].reference)
     both = np.append(reference, reference[::-1]) - reference[0]
     return Segment("the scenario's motion", np.resize(both, steps), np.zeros(steps))
 
@@ -175,9 +162,7 @@ class _Run(NamedTuple):
 
 def _simulated(setup: Setup, one: Segment, chosen: Integers) -> _Run:
     """Return a segment on the chosen machines."""
-    some, row = setup.machines.take(chosen), setup.point.row
-    about = (setup.loop, some, setup.gains, row, setup.axis)
-    return _Run(one, *followed(*about, one.reference, one.added))
+    return _Run(one, *followed(setup, setup.machines.take(chosen), one.reference, one.added))
 
 
 def _reached(run: _Run, limits: Limits, every: float) -> Floats:
@@ -210,10 +195,10 @@ def _within(
 
 
 def _information(
-    scenario: Scenario, setup: Setup, run: _Run, noise: float, names: Sequence[str] | None
+    setup: Setup, run: _Run, noise: float, names: Sequence[str] | None
 ) -> tuple[tuple[str, ...], Floats]:
     """Return the wanted names, and (machines, numbers, numbers) information on them and LATE."""
-    drive, every = scenario.machine.drives[setup.axis], setup.every
+    drive, every = setup.scenario.machine.drives[setup.axis], setup.every
     tables = []
     for k in range(run.command.shape[1]):
         values = jax.tree.map(lambda leaf, k=k: float(leaf[k]), setup.machines.actual[setup.axis])
@@ -222,10 +207,9 @@ def _information(
         seen, counts = {drive.seen[0]: run.place[:, k]}, still + 1.0
         log = Recording(seen, run.command[:, k], None, still, still, counts, every, 0.0)
         observer = min(OBSERVER, SHARE / every)
-        residual = replay(free, log, observer, scenario.simulation.substeps)
+        residual = replay(free, log, observer, setup.scenario.simulation.substeps)
         problem = Problem(free, residual, np.ones(1), np.ones(len(free.begun)), observer)
-        rows = slopes(problem, free.begun)[1][:, 0] / noise
-        rows = np.nan_to_num(rows)
+        rows = np.nan_to_num(slopes(problem, free.begun)[1][:, 0] / noise)
         tables.append(rows.T @ rows)
     return free.names, np.array(tables)
 

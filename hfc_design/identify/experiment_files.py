@@ -98,11 +98,10 @@ def drawn(made: Experiment) -> Figure:
 
 
 def _csv(made: Experiment, data: np.ndarray) -> str:
-    head = f"time [s],reference [{made.units['error']}]"
-    if not made.added.any():  # a table that a scenario can name as its reference
-        return f"{head}\n" + "".join(f"{t:.9g},{x:.9g}\n" for t, x, _ in data)
-    rows = "".join(f"{t:.9g},{x:.9g},{y:.9g}\n" for t, x, y in data)
-    return f"{head},added [{made.units['command']}]\n{rows}"
+    head = ["time [s]", f"reference [{made.units['error']}]", f"added [{made.units['command']}]"]
+    count = 3 if made.added.any() else 2  # two: a table that a scenario can name as its reference
+    rows = (",".join(f"{x:.9g}" for x in row) for row in data[:, :count])
+    return "\n".join([",".join(head[:count]), *rows]) + "\n"
 
 
 def _c(made: Experiment) -> Iterator[str]:

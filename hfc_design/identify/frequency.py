@@ -88,23 +88,12 @@ def measured_response(log: Recording, drive: Drive, source: str) -> FrequencyRes
     with np.errstate(all="ignore"):
         error = np.sqrt((1.0 - trust) / (2.0 * trust * independent))
         response = to_place / to_command
-        loop = density(x, x, length, every) / to_command - 1.0 if np.ptp(log.added) else None
-    soft = None
-    if np.ptp(w):
+        open_loop = (density(x, x, length, every) / to_command - 1.0)[None]
         soft = (density(w, y, length, every) / density(w, w, length, every))[None]
-    return FrequencyResponse(
-        source,
-        hertz,
-        every,
-        response[None],
-        trust,
-        response_units(drive.units),
-        None if loop is None else loop[None],
-        soft,
-        error,
-        tuple(modes(hertz, response, error, trust >= KNOWN)),
-        (*log.notes, *notes),
-    )
+    loops = open_loop if np.ptp(log.added) else None, soft if np.ptp(w) else None
+    found = tuple(modes(hertz, response, error, trust >= KNOWN))
+    about = (response[None], trust, response_units(drive.units), *loops, error, found)
+    return FrequencyResponse(source, hertz, every, *about, (*log.notes, *notes))
 
 
 def _outside(log: Recording) -> tuple[Floats, list[str]]:
@@ -165,7 +154,5 @@ def _mode(hertz: Floats, response: Any, error: Floats, peak: float) -> Mode | No
     error_hz, error_damping = np.sqrt(np.diag(spread))
     if error_hz > SHARP or without < best.cost * BETTER:
         return None
-    w, damping = np.exp(best.x)
-    return Mode(
-        float(peak * w), float(damping), float(peak * w * error_hz), float(damping * error_damping)
-    )
+    hz, damping = np.exp(best.x) * [peak, 1.0]
+    return Mode(*map(float, (hz, damping, hz * error_hz, damping * error_damping)))

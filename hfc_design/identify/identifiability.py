@@ -170,13 +170,6 @@ def root_of(slopes: Floats, scale: Floats) -> Floats:
     return np.asarray(np.linalg.qr(rows_of(slopes, scale), mode="r"))
 
 
-def errors_of(*roots: Floats) -> Floats:
-    """Return the standard errors (numbers,) from all ``roots`` together and the prior ``VAGUE``."""
-    numbers = roots[0].shape[1]
-    _, sizes, right = np.linalg.svd(np.vstack([*roots, np.eye(numbers) / VAGUE]))
-    return np.asarray(np.linalg.norm(right.T / sizes, axis=1))
-
-
 def _untold(fit: Fit, covariance: Floats) -> tuple[Combination, ...]:
     """Return the principal directions of the relative errors that are longer than ``KNOWN``."""
     rising = (fit.free.positive > 0) | (fit.numbers[:-2] >= 0.0)

@@ -7,17 +7,10 @@ import numpy as np
 from hfc_design.core.numbers import Floats, rms
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError, either, option
-from hfc_design.core.texts import as_user_error
-from hfc_design.identify.advice import advice, profiles
-from hfc_design.identify.fit import (
-    Fit,
-    Tell,
-    bandwidths,
-    by_command,
-    by_starts,
-    residuals,
-    silent,
-)
+from hfc_design.core.texts import as_user_error, toml_of
+from hfc_design.files.named_scenario import load_scenario
+from hfc_design.files.scenario import Scenario
+from hfc_design.identify.fit import Fit, Tell, bandwidths, by_command, by_starts, residuals, silent
 from hfc_design.identify.identifiability import (
     Certainty,
     certainty,
@@ -26,13 +19,14 @@ from hfc_design.identify.identifiability import (
     unseen_backlash,
     widened_by_halves,
 )
-from hfc_design.identify.outcome import Check
+from hfc_design.identify.outcome import Check, Outcome
 from hfc_design.identify.parameters import LATE, FreeParameters
+from hfc_design.identify.profiles import profiles
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import Residual, closed_loop_residual, replay
 from hfc_design.identify.request import Task, parameters_of
 from hfc_design.identify.response import response
-from hfc_design.identify.result import Identified
+from hfc_design.identify.scenario import scenario_text
 
 #: Residual (rms) as a share of the motion (standard deviation) above which the result is useless.
 LOST = 0.2
@@ -42,6 +36,18 @@ STRANGE = 4.0
 CLIPPED = 0.1
 #: A log may list a command up to so many samples after it acts; more is an error of the model.
 SHIFTED = 2.0
+
+
+class Identified(Outcome):
+    """Result of an identification, as a script receives it."""
+
+    def for_design(self) -> Scenario:
+        """Return the scenario for a search: the identified machine with its tolerances.
+
+        Raises:
+            UserError: the parameters do not give a valid scenario.
+        """
+        return load_scenario(toml_of(scenario_text(self)))
 
 
 def identify(task: Task, logs: dict[str, Recording], tell: Tell = silent) -> Identified:
@@ -66,8 +72,6 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = silent) -> Ide
     known = certainty(fit)
     tell("likelihood profiles")
     worst = profiles(fit, known)
-    tell("what to record next")
-    record_next = advice(fit, known, log, substeps)
     tell("fitted again without the parameters that the log does not determine")
     fit, known, note = hold_untold(fit, known)
     tell("parameters tested on each log")
@@ -82,7 +86,7 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = silent) -> Ide
     notes = [note, apart, hidden, *(answer.lines() if answer else [])]
     notes += [*warnings_of(name, fit, known, log, pushed), *mismatched_logs(checks, logs)]
     notes = [line for line in (*notes, *log.notes, wanted.rest()) if line]
-    parts = known, worst, checks, record_next, answer, log, tuple(notes)
+    parts = known, worst, checks, answer, log, tuple(notes)
     return Identified(name, task, fit, *parts)
 
 

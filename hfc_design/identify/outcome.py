@@ -1,20 +1,25 @@
-"""Result of an identification, in tables and sentences."""
+"""Result of an identification, in numbers, tables and sentences."""
 
+import json
 from typing import NamedTuple
 
-from hfc_design.core.numbers import Floats
-from hfc_design.core.tables import MISSING, Table
-from hfc_design.core.wording import percent
+import numpy as np
+
+from hfc_design.core.numbers import Floats, Json
+from hfc_design.core.tables import MISSING, Table, line
 from hfc_design.files.machine import Axis
-from hfc_design.identify.advice import Advice, Profile
 from hfc_design.identify.fit import Fit
 from hfc_design.identify.identifiability import CONFIDENCE, GIVEN, HELD, Certainty
 from hfc_design.identify.parameters import FreeParameters
+from hfc_design.identify.profiles import Profile
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.request import Task
-from hfc_design.identify.response import Response
+from hfc_design.identify.response import LAGS, Response
 from hfc_design.plotting.numbers import readable
 
+#: Least tolerance of a determined parameter, since friction changes with temperature.
+#: Largest tolerance, also of undetermined parameters.
+LEAST, MOST = 0.05, 0.5
 #: Relative standard error up to which the ends of an interval are shown.
 WIDEST = 2.0
 #: Largest number of undetermined combinations that are shown.
@@ -28,9 +33,9 @@ ALIKE = (
     "not to an external force: the given parameters are known relative to the fixed "
     "ones, and a design needs no wider tolerance"
 )
-NOTHING = (
-    "no sine command would add much; measure other signals too, such as the current, or "
-    "identify fewer parameters"
+RECORD = (
+    "the motion that hfc experiment scenario.toml makes; if its page says that no motion tells a "
+    "parameter, measure other signals too, such as the current, or identify fewer parameters"
 )
 
 
@@ -53,7 +58,6 @@ class Outcome(NamedTuple):
     known: Certainty
     profiles: tuple[Profile, ...]
     checks: tuple[Check, ...]
-    advice: Advice | None
     response: Response | None
     recording: Recording
     notes: tuple[str, ...]
@@ -73,6 +77,15 @@ class Outcome(NamedTuple):
         """Unit of the position, and of its residual."""
         return self.free.drive.units["error"]
 
+    @property
+    def tolerances(self) -> dict[str, float]:
+        """Half the interval of each parameter over its value, from ``LEAST`` to ``MOST``."""
+        known = self.known
+        with np.errstate(divide="ignore", invalid="ignore"):
+            half = 0.5 * (known.high - known.low) / np.abs(known.value)
+        shares = np.clip(np.where(np.isfinite(half), half, MOST), LEAST, MOST)
+        return {name: float(f"{x:.2g}") for name, x in zip(self.free.names, shares, strict=True)}
+
     def readable(self, position: float) -> str:
         """Return a position as a text, in a unit that suits its size."""
         factor, unit = readable(self.position_unit, position)
@@ -90,9 +103,8 @@ class Outcome(NamedTuple):
         ]
         head = ["parameter", "unit", "start", "found", "from", "to", "known?"]
         about = f"Parameters; {self.interval_line()}. The intervals allow for a coloured residual."
-        checks = [
-            [x.log, x.how, self.readable(x.before), self.readable(x.after)] for x in self.checks
-        ]
+        readable = self.readable
+        checks = [[x.log, x.how, readable(x.before), readable(x.after)] for x in self.checks]
         advice = [f"record next: {line}"] if (line := self.advice_line()) else []
         lines = [self.agreeing_line(), *self.untold_lines(), *self.notes, *advice]
         return [
@@ -106,11 +118,8 @@ class Outcome(NamedTuple):
         line = f"from and to are the ends of the {share} interval, if the model is correct"
         states = zip(self.free.names, self.known.state, strict=True)
         fixed = ", ".join(name for name, state in states if state == HELD)
-        return (
-            f"{line}; where 'given', if the fixed parameters ({fixed}) are correct"
-            if fixed
-            else line
-        )
+        given = f"; where 'given', if the fixed parameters ({fixed}) are correct"
+        return line + given * bool(fixed)
 
     def untold_lines(self) -> list[str]:
         """Return lines on combinations of parameters that the log does not determine."""
@@ -122,19 +131,8 @@ class Outcome(NamedTuple):
         return lines
 
     def advice_line(self) -> str:
-        """Return a line on what to record next; "" if there is no advice."""
-        one, units = self.advice, self.free.drive.units
-        if one is None:
-            return "" if self.known.identifiable.all() else NOTHING
-        gains = ", ".join(
-            f"{name} to {percent(b)} (now to {percent(a)})" for name, (a, b) in one.errors.items()
-        )
-        return (
-            f"{one.duration:g} s of a sine of the command of {one.amplitude:.3g} "
-            f"{units['command']} at {one.frequency:g} Hz (the axis moves "
-            f"{self.readable(one.travel)} back and forth, at up to {one.speed:.3g} "
-            f"{units['error_rate']}) would improve {gains} (standard errors)"
-        )
+        """Return a line on what to record next; "" if the log determines all parameters."""
+        return "" if self.known.identifiable.all() else RECORD
 
     def verdict(self) -> str:
         """Return the result in a sentence."""
@@ -151,3 +149,61 @@ class Outcome(NamedTuple):
             f"{self.fit.agreeing} of the ten best of a hundred starts reach the same "
             f"residual; replayed with: {self.fit.how}"
         )
+
+    def __repr__(self) -> str:
+        values: dict[str, object] = {"log": self.log, "plant": self.free.drive.name}
+        values |= zip(self.free.names, map(float, self.known.value), strict=True)
+        return line("Identified", values)
+
+    def _repr_html_(self) -> str:
+        return "".join(one._repr_html_() for one in self.tables())
+
+    def numbers(self) -> Json:
+        """Return the content of ``identified.json``: parameters with intervals, and residuals.
+
+        A number that is not finite is None.
+        """
+        known, free, fit, response = self.known, self.free, self.fit, self.response
+        every = self.recording.sample_time
+        parameters: Json = {
+            name: {
+                "value": float(known.value[k]),
+                "low": float(known.low[k]),
+                "high": float(known.high[k]),
+                "told": known.state[k],
+                "began": free.starts[name],
+                "tolerance": self.tolerances[name],
+                "unit": free.unit(name),
+            }
+            for k, name in enumerate(free.names)
+        }
+        late = zip(("value", "low", "high"), (fit.late, *known.late), strict=True)
+        data: Json = {
+            "format": "hfc-design-identified",
+            "version": 1,
+            "log": self.log,
+            "plant": free.drive.name,
+            "confidence": CONFIDENCE,
+            "parameters": parameters,
+            "command_late_s": {end: float(every * samples) for end, samples in late},
+            "replayed_under": fit.how,
+            "position_unit": self.position_unit,
+            "rms": dict(zip(self.recording.outputs, map(float, fit.rms), strict=True)),
+            "checks": [
+                {"log": x.log, "how": x.how, "rms_before": x.before, "rms": x.after}
+                for x in self.checks
+            ],
+            "lag_s": every * fit.lag,
+            "model_check": response
+            and {
+                "mode": response.mode and response.mode.model_dump(),
+                "unknown_above_hz": response.unknown_above,
+                "coloured": response.coloured / LAGS,
+                "coherence": np.stack([response.frequency, response.coherence], axis=1).tolist(),
+            },
+            "untold": self.untold_lines(),
+            "record_next": self.advice_line(),
+            "notes": list(self.notes),
+        }
+        finite: Json = json.loads(json.dumps(data), parse_constant=lambda _: None)
+        return finite

@@ -13,9 +13,9 @@ from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.numbers import Floats
 from hfc_design.core.plugins import given, options
 from hfc_design.core.records import writing
-from hfc_design.identify.advice import LIMIT, Profile
 from hfc_design.identify.identifiability import CONFIDENCE, GIVEN
-from hfc_design.identify.result import Identified
+from hfc_design.identify.identified import Identified
+from hfc_design.identify.profiles import LIMIT, Profile
 from hfc_design.identify.scenario import scenario_text
 from hfc_design.plotting.curves import thinned
 from hfc_design.plotting.figure import OTHER, OWN, above, finish, framed, gridded, plain

@@ -105,9 +105,8 @@ class FreeParameters:
         """Return value / start of positive parameters, where it looks like a factor of a unit."""
         rows = zip(self.names, self.values(numbers), self.positive, strict=True)
         factors = {name: float(x) / self.starts[name] for name, x, positive in rows if positive}
-        return {
-            k: x for k, x in factors.items() if x and np.abs(abs(np.log(x)) - UNITS).min() < 0.1
-        }
+        off = {k: np.abs(abs(np.log(x)) - UNITS).min() for k, x in factors.items() if x}
+        return {k: factors[k] for k, x in off.items() if x < 0.1}
 
 
 def free_parameters(

@@ -105,9 +105,7 @@ def sources(
         logs = {log_name(log): Source(log, parse_columns(columns, drive))}
     if check_log is not None:
         with as_user_error(check_log):
-            both = {
-                x.name: x for x in (*parse_columns(columns, drive), *parse_columns(others, drive))
-            }
+            both = {x.name: x for some in (columns, others) for x in parse_columns(some, drive)}
         name = log_name(check_log)
         name = name if name not in logs else f"{name} (check)"
         logs[name] = Source(check_log, [*both.values()])
@@ -131,9 +129,8 @@ def recordings(
     every = next(iter(recorded.values())).sample_time
     for name, log in recorded.items():
         if abs(log.sample_time / every - 1.0) > 1e-3:
-            raise UserError(
-                f"{name}: must be sampled every {every:g} s (got {log.sample_time:g} s)"
-            )
+            got = f"(got {log.sample_time:g} s)"
+            raise UserError(f"{name}: must be sampled every {every:g} s {got}")
     # The largest mean speed over ten samples, in which noise hardly counts.
     moves = (abs(log.place[10:] - log.place[:-10]).max() for log in recorded.values())
     speed, substeps = float(max(moves)) / (10 * every), simulation.substeps

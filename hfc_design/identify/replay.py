@@ -19,8 +19,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from hfc_design.controllers.controller import Stepped, View
-from hfc_design.core.numbers import SAME, Floats, Gains, Memory, Parameters, Scalar, State, Xp
+from hfc_design.core.numbers import SAME, Floats, Gains, Parameters, Scalar, State
 from hfc_design.files.design import Design
 from hfc_design.files.loop_setup import controller_of
 from hfc_design.files.scenario import Scenario
@@ -29,7 +28,7 @@ from hfc_design.identify.recording import Recording
 from hfc_design.logs.columns import rates_of
 from hfc_design.motion.samples import AxisSamples, Samples
 from hfc_design.simulation.closed_loop import LoopState, closed_loop, next_state, start
-from hfc_design.simulation.repeats import ScaledCommand
+from hfc_design.simulation.frequency import Excited
 from plants import Drive
 
 #: Shortest lag [samples]; shorter ones count as 0.
@@ -209,23 +208,15 @@ def rigid_body(drive: Drive, parameters: Parameters) -> Body:
     return tuple((name, (pairs[name], float(s))) for name, s in zip(names, shares, strict=True))
 
 
-class Pushed(ScaledCommand):
-    """Controller with a signal added to its commands; gains: (signal, gains of the controller)."""
-
-    def step(self, xp: Xp, gains: Gains, memory: Memory, view: View) -> Stepped:
-        """Return the commands with the signal added, and the memory for the next step."""
-        added, inner = gains
-        commands, memory = self.inner.step(xp, inner, memory, view)
-        return tuple(command + added for command in commands), memory
-
-
 def closed_loop_residual(scenario: Scenario, design: Design, log: Recording) -> Residual:
     """Return the residual of the closed loop under the recorded reference and load.
 
     Sensors, limits and substeps are those of ``scenario``, except that encoders have no steps.
     """
     controller, wide = controller_of(design, scenario)
-    smooth = closed_loop(scenario, controller).smooth._replace(controller=Pushed(controller))
+    smooth = closed_loop(scenario, controller).smooth._replace(
+        controller=Excited(controller, False)
+    )
     gains: Gains = jax.tree.map(lambda leaf: leaf[..., 0], wide)
     drive, every, nominal = smooth.machine.drives[0], log.sample_time, scenario.plant.values()
     body = rigid_body(drive, nominal[0])
@@ -245,11 +236,12 @@ def closed_loop_residual(scenario: Scenario, design: Design, log: Recording) -> 
             happens = happens._replace(loads=tuple(x + load for x in happens.loads))
             missing = shown - read(drive, fixed[0], before.states[0], log.outputs)
             sampled = Samples((happens,), None, 0.0, every, 0.0, 0.0, (), ())
-            after = next_state(smooth, nominal, fixed, every, (added, gains), before, sampled)
+            after = next_state(smooth, nominal, fixed, every, (gains, (added,)), before, sampled)
             return after, missing * counts
 
         rows = samples, outputs, log.usable, log.added
-        missing = jax.lax.scan(sample, start(smooth, fixed, zero, (put,)), rows)[1]
+        begun = start(smooth, fixed, zero, (put,), (gains, (zero,)))
+        missing = jax.lax.scan(sample, begun, rows)[1]
         return centred(missing, log.usable, unknown)
 
     return jax.tree_util.Partial(off)
@@ -258,16 +250,8 @@ def closed_loop_residual(scenario: Scenario, design: Design, log: Recording) -> 
 def _samples(log: Recording, substeps: int, noises: int) -> AxisSamples:
     """Return the recorded inputs of the axis, arrays (steps,); ``noises`` counts noises, all 0."""
     assert log.reference is not None
-    reference, every, still = log.reference, log.sample_time, np.zeros(len(log.load))
-    faster = np.diff(reference, 2, prepend=reference[0], append=reference[-1])
-    return AxisSamples(
-        reference=reference,
-        reference_rate=np.gradient(reference, every),  # at the sample, not half a sample later
-        loads=tuple(load_between(log.load, substeps).T),
-        noise=(still,) * noises,
-        target=reference,
-        reference_acceleration=faster / every**2,
-        sliding=still,
-        end=reference,
-        heading=still,
-    )
+    reference, every = log.reference, log.sample_time
+    rate = np.gradient(reference, every)  # at the sample, not half a sample later
+    faster = np.diff(reference, 2, prepend=reference[0], append=reference[-1]) / every**2
+    loads, noise = load_between(log.load, substeps).T, np.zeros((noises, len(reference)))
+    return AxisSamples(reference, rate, tuple(loads), tuple(noise), reference, faster)

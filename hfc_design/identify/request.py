@@ -100,10 +100,8 @@ def task_of(
         loaded = own_scenario(design, source, changes)
     elif name is not None:
         # Of this scenario only the plant counts.
-        still = {"kind": "step", "height": 0.0}
-        loaded = load_scenario(
-            {"name": "log", "plant": {"name": name}, "reference": still}, changes
-        )
+        rest = {"plant": {"name": name}, "reference": {"kind": "step", "height": 0.0}}
+        loaded = load_scenario({"name": "log"} | rest, changes)
     else:
         first, second, third = (option(x, ...) for x in ("plant", "scenario", "controller"))
         raise UserError(f"the machine is missing; give {first}, {second} or {third}")

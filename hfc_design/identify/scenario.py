@@ -17,15 +17,12 @@ from hfc_design.core.records import UserError
 from hfc_design.files.machine import unmoved
 from hfc_design.files.motions import LEAST_STEPS
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.identify.outcome import Outcome
+from hfc_design.identify.outcome import LEAST, MOST, Outcome
 from hfc_design.identify.parameters import LATE, LOAD
 from hfc_design.identify.recording import Recording
 from hfc_design.logs.sensors import noise_level
 from plants import Drive
 
-#: Least tolerance of a determined parameter, since friction changes with temperature.
-#: Largest tolerance, also of undetermined parameters.
-LEAST, MOST = 0.05, 0.5
 #: Tolerance of parameters that were not identified, unless the scenario sets it.
 OTHERS = 0.1
 #: ``[robust]`` of a search with many candidates on few machines; ``[constraints]`` for its loops.
@@ -37,15 +34,6 @@ MOST_SAMPLES, SAME_RATE = 16, 1e-3
 DIGITS, FEW = 6, 4
 #: Height of the step motion as a multiple of the rms error during the recording.
 STEP = 3.0
-
-
-def tolerances(outcome: Outcome) -> dict[str, float]:
-    """Return half the interval of each parameter over its value, from ``LEAST`` to ``MOST``."""
-    known = outcome.known
-    with np.errstate(divide="ignore", invalid="ignore"):
-        half = 0.5 * (known.high - known.low) / np.abs(known.value)
-    shares = np.clip(np.where(np.isfinite(half), half, MOST), LEAST, MOST)
-    return {name: _rounded(x, 2) for name, x in zip(outcome.free.names, shares, strict=True)}
 
 
 def _rounded(value: float, digits: int) -> float:
@@ -114,7 +102,7 @@ def scenario_text(outcome: Outcome) -> str:
     robust = data.get("robust", {"spread": OTHERS, **FEW_MACHINES})
     # Load, delay and lag need no tolerance: stress varies them by more than a log leaves open.
     within = {
-        x: share for x, share in tolerances(outcome).items() if x in outcome.free.start._fields
+        x: share for x, share in outcome.tolerances.items() if x in outcome.free.start._fields
     }
     data["robust"] = {**robust, "tolerances": {**robust.get("tolerances", {}), **within}}
     names = {

@@ -4,7 +4,7 @@ Moves to and fro at several speeds, sines of the reference, and, if a signal may
 command, binary noise and sweeps there, while the axis moves slowly so that its friction slides.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,11 +13,8 @@ from hfc_design.core.numbers import Floats
 from hfc_design.motion.references import Trapezoidal
 
 #: Shares of the largest speed and of the travel of moves; frequencies of sines [Hz].
-SPEEDS, TRAVELS, FREQUENCIES = (
-    (1.0, 0.5, 0.2, 0.05, 0.01),
-    (1.0, 0.3, 0.05),
-    (0.5, 1, 2, 4, 8, 16, 32),
-)
+SPEEDS, TRAVELS = (1.0, 0.5, 0.2, 0.05, 0.01), (1.0, 0.3, 0.05)
+FREQUENCIES = (0.5, 1, 2, 4, 8, 16, 32)
 #: Amplitudes of added signals as shares of the largest command; samples of a bit of binary noise.
 ADDED, BITS = (0.03, 0.1, 0.3), (1, 2, 4)
 #: Speed, as a share of the largest one, below an added signal.
@@ -45,9 +42,7 @@ class Segment(NamedTuple):
     words: str
     reference: Floats  # (steps,) from the middle of the travel
     added: Floats  # (steps,) to the command
-    moves: tuple[
-        tuple[float, float], ...
-    ] = ()  # place and speed of each move, if it has only moves
+    moves: Sequence[tuple[float, float]] = ()  # place and speed of each, if it has only moves
 
 
 def segments(limits: Limits, every: float, steps: int, add: bool) -> Iterator[Segment]:
@@ -85,32 +80,22 @@ def _to_and_fro(
     speed: float, distance: float, acceleration: float, every: float, steps: int
 ) -> Segment | None:
     """Return moves to and fro through the middle, with limited jerk; None: not one fits."""
-    rise = speed / acceleration
-    soft = max(round(JERK * rise / every), 1)
-    ends, place, end = [0.5 * distance], [0.0], 0.0
-    reference = list[float]()
-    while True:
-        way = ends[-1] - end
-        takes = _move(way, speed, acceleration, every)
-        back = _move(ends[-1], speed, acceleration, every)
-        if len(reference) + len(takes) + len(back) + 2 * soft > steps:
-            break
-        reference += [end + x for x in takes]
-        place.append(ends[-1])
-        end = ends[-1]
-        ends.append(-end)
-    if len(place) == 1:
+    half, whole = (_move(way, speed, acceleration, every) for way in (0.5 * distance, distance))
+    soft = max(round(JERK * speed / acceleration / every), 1)
+    more = (steps - 2 * soft - 2 * len(half)) // len(whole)
+    if more < 0:
         return None
-    reference += [end - np.sign(end) * x for x in _move(abs(end), speed, acceleration, every)]
-    whole = np.append(reference, np.zeros(steps - len(reference)))
-    smooth = np.convolve(np.append(np.zeros(soft - 1), whole), np.full(soft, 1.0 / soft), "valid")
-    words = f"{len(place)} moves of {distance:.3g} at {speed:.3g}/s"
-    moves = tuple((x, speed) for x in (*place[1:], 0.0))
-    return Segment(words, smooth, np.zeros(steps), moves)
+    ends = 0.5 * distance * (-1.0) ** np.arange(more + 1)
+    between = [end - np.sign(end) * whole for end in ends[:-1]]
+    moved = np.concatenate([half, *between, ends[-1] - np.sign(ends[-1]) * half])
+    padded = np.pad(moved, (soft - 1, steps - len(moved)))
+    smooth = np.convolve(padded, np.full(soft, 1.0 / soft), "valid")
+    words = f"{more + 2} moves of {distance:.3g} at {speed:.3g}/s"
+    return Segment(words, smooth, np.zeros(steps), [(x, speed) for x in (*ends.tolist(), 0.0)])
 
 
-def _move(way: float, speed: float, acceleration: float, every: float) -> list[float]:
+def _move(way: float, speed: float, acceleration: float, every: float) -> Floats:
     """Return the places of a trapezoidal move by ``way``, one a sample."""
     move = Trapezoidal(distance=way, velocity=speed, acceleration=acceleration)
-    time = every * np.arange(1.0, np.ceil(move.duration_s / every) + 1.0)
-    return [*move.samples(time).target]
+    time = np.asarray(every * np.arange(1, np.ceil(move.duration_s / every) + 1), float)
+    return np.asarray(move.samples(time).reference)

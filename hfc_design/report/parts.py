@@ -123,13 +123,13 @@ def _loop(design: Design, scenario: Scenario) -> Section:
         return Section(title, f"{error.typed}.", None, [])
     drawing = Drawing(
         margins.figure(),
-        "Magnitude and phase of the open loop, and its sensitivity",
+        "Magnitude and phase of the open loop, its sensitivity, and the closed loop",
         "The open loop from command to command, and the factor by which feedback "
         "amplifies a disturbance.",
     )
     (table,) = margins.tables()
     why = " ".join(f"{line}." for line in table.lines)
-    return Section(title, why, table, [drawing])
+    return Section(title, why, table, [] if margins.stable is None else [drawing])
 
 
 class Baseline(NamedTuple):

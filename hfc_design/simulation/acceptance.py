@@ -112,9 +112,7 @@ class Usable(NamedTuple):
     spread: float
     seed: int
     motions: tuple[MotionResult, ...]
-    gain: (
-        tuple[float, float] | None
-    )  # factors on the command between which the nominal machine passes
+    gain: tuple[float, float] | None  # factors on the command with which the nominal one passes
     precision: float  # change of the merit from float32 to float64, as a share
     substeps: float | None  # change with four times the substeps, as a share; None: not allowed
     units: dict[str, str]  # of the metrics
@@ -258,11 +256,8 @@ def numerics_text(numbers: Json) -> str:
 
     ``numbers`` are those of ``Usable.numbers``. For a chaotic design there is no such advice.
     """
-    advice = {
-        "precision": "with --precision float64",
-        "substeps": "with four times simulation.substeps",
-    }
-    coarse = [text for key, text in advice.items() if (numbers[key] or 0.0) > COARSE]
+    ways = {"precision": "--precision float64", "substeps": "four times simulation.substeps"}
+    coarse = [f"with {way}" for key, way in ways.items() if (numbers[key] or 0.0) > COARSE]
     if not coarse or numbers.get("chaotic"):
         return ""
     return f"the search computed the merit too coarsely: search again {' and '.join(coarse)}"
@@ -299,9 +294,8 @@ def missed_text(misses: Json, motions: int = 2) -> str:
         for name, one in misses.items()
     ]
     worst = " in the worst motion" if motions > 1 else ""
-    return (
-        f"targets missed, value divided by target{worst}: {', '.join(targets)}" if targets else ""
-    )
+    line = f"targets missed, value divided by target{worst}: {', '.join(targets)}"
+    return line if targets else ""
 
 
 def measured_loop(

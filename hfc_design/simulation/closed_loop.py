@@ -72,9 +72,8 @@ class Loop(NamedTuple):
         axis_parameters = tuple(parameters)
         if self.around:
             pairs = zip(axis_parameters, self.around, strict=True)
-            axis_parameters = tuple(
-                x if isinstance(x, Standing) else Standing(x, y) for x, y in pairs
-            )
+            each = (x if isinstance(x, Standing) else Standing(x, around) for x, around in pairs)
+            axis_parameters = tuple(each)
         return self.machine.coefficients(axis_parameters)
 
     @property
@@ -88,9 +87,7 @@ class Loop(NamedTuple):
 
         The slope of these steps would be 0. Metrics other than the objectives are not computed.
         """
-        sensors = tuple(
-            axis_sensors and without_steps(axis_sensors) for axis_sensors in self.sensors
-        )
+        sensors = tuple(sensors and without_steps(sensors) for sensors in self.sensors)
         ideal = (None,) * len(self.resolutions)
         judge = self.judge._replace(measured=())
         return self._replace(judge=judge, sensors=sensors, resolutions=ideal)
@@ -181,13 +178,10 @@ def start(
     each = zip(loop.machine.drives, fixed, states, loop.sensors, strict=True)
     for drive, coefficients, state, sensors in each:
         observed = sensors is not None and sensors.velocity == "observer"
-        count, step = (
-            (1, None) if sensors is None else (sensors.samples, sensors.encoder_resolution)
-        )
+        count, step = (sensors.samples, sensors.encoder_resolution) if sensors else (1, None)
         seen = drive.measured(coefficients, state)
-        angles.append(
-            {angle: (in_steps(getattr(seen, angle), step),) * count for angle in drive.encoders}
-        )
+        first = {angle: in_steps(getattr(seen, angle), step) for angle in drive.encoders}
+        angles.append({angle: (value,) * count for angle, value in first.items()})
         rated = drive.encoders.items() if observed else ()
         rates.append({angle: getattr(state, velocity) for angle, velocity in rated})
     return LoopState(states, tuple(angles), tuple(rates), memory, (zero,) * len(states))

@@ -339,9 +339,8 @@ def _bout(
     sides = {
         name: DesignStatistics(*(getattr(x, key) for key in each)) for name, x in results.items()
     }
-    return MotionComparison(
-        motion.name, motion, sides, results, next(iter(results.values())).meanings
-    )
+    meanings = next(iter(results.values())).meanings
+    return MotionComparison(motion.name, motion, sides, results, meanings)
 
 
 def _scenarios(

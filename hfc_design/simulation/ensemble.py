@@ -112,10 +112,8 @@ def _judged(scenario: Scenario, controller: Controller, machines: Machines, gain
         values = np.where(mended[..., None], after.values, before.values)
         return Judged(merit, values, before.failed & after.failed)
 
-    def failed(row: Judged) -> bool:
-        return bool(row.failed.any())
-
-    return Judged.stacked(refined(scenario, trailing(gains), simulate, failed, merged))
+    about = (scenario, trailing(gains), simulate)
+    return Judged.stacked(refined(*about, lambda row: bool(row.failed.any()), merged))
 
 
 def _each(given: Any) -> Sequence[Any]:

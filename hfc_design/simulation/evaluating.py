@@ -166,10 +166,8 @@ def trajectory_csv(evaluation: Evaluation) -> str:
     columns = {"time_s": evaluation.time}
     several = len(evaluation.axes) > 1
     for axis in evaluation.axes:
-        axis_columns = _columns(axis, every=not several)
-        columns |= {
-            (f"{axis.name}_" if several else "") + key: x for key, x in axis_columns.items()
-        }
+        head, each = f"{axis.name}_" * several, _columns(axis, every=not several)
+        columns |= {head + key: x for key, x in each.items()}
     if evaluation.contour is not None:
         columns[f"contour_error_{in_a_name(evaluation.contour.unit)}"] = evaluation.contour.error
     lines = [",".join(columns)]
@@ -275,10 +273,8 @@ def _evaluations(
         true = tuple(map(plain, machines.actual))
         parameters = jax.tree.map(lambda leaf, k=k: float(leaf[k]), true)
         moved = jax.tree.map(lambda leaf, k=k: leaf[:, k], motions)
-        each = zip(
-            loop_machine.axes, loop_machine.drives, parameters, samples.axes, moved, strict=True
-        )
-        axes = tuple(starmap(AxisMotion, each))
+        own = (loop_machine.axes, loop_machine.drives, parameters, samples.axes, moved)
+        axes = tuple(starmap(AxisMotion, zip(*own, strict=True)))
         path = _contour(scenario, axes)
         parts = (slice(None), *(window.part(scenario.simulation) for window in scenario.windows))
         values = (value for part in parts for value in _metrics(scenario, axes, path, part))
@@ -327,9 +323,8 @@ def _quantities(axes: tuple[AxisMotion, ...]) -> dict[str, Floats]:
     several = len(axes) > 1
     heads = [f"{axis.name}: " if several else "" for axis in axes]
     pairs = [*zip(heads, axes, strict=True)]
-    states = {
-        head + key: x for head, axis in pairs for key, x in axis.motion.state._asdict().items()
-    }
+    each = ((head, axis.motion.state._asdict()) for head, axis in pairs)
+    states = {head + key: x for head, state in each for key, x in state.items()}
     return states | {f"{head}the command": axis.motion.command for head, axis in pairs}
 
 
@@ -458,9 +453,8 @@ def notes(scenario: Scenario, rows: Mapping[str, Evaluation]) -> list[str]:
             tried = f", also with {one.substeps} substeps" if one.substeps > substeps else ""
             lines.append(f"{name} diverges: {one.divergence}{tried}")
         elif one.substeps > substeps:
-            lines.append(
-                f"{name} is simulated with {one.substeps} substeps, it diverges with {substeps}"
-            )
+            finer = f"{name} is simulated with {one.substeps} substeps"
+            lines.append(f"{finer}, it diverges with {substeps}")
         if one.chaotic:
             keys = (key for key in scenario.judge().titles if key in one.ranges)
             ranges = [f"{key} ranges from {ends_text(one.ranges[key])}" for key in keys]

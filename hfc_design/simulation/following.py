@@ -9,12 +9,11 @@ import numpy as np
 from jax import lax
 
 from hfc_design.core import devices
-from hfc_design.core.numbers import Floats, Gains
-from hfc_design.motion.samples import Samples
+from hfc_design.core.numbers import Floats
 from hfc_design.simulation.closed_loop import Loop, next_state, start
 from hfc_design.simulation.flattening import Code, joined
+from hfc_design.simulation.frequency import Excited, Setup, row_at
 from hfc_design.simulation.population import Machines, own_code_of
-from hfc_design.simulation.stepped_sines import Excited, row_at
 from hfc_design.simulation.stepping import nested
 
 #: Machines that are simulated at once.
@@ -22,11 +21,8 @@ AT_ONCE = 125
 
 
 def followed(
-    loop: Loop,
+    setup: Setup,
     machines: Machines,
-    gains: Gains,
-    row: Samples,
-    axis: int,
     reference: Floats,
     added: Floats,
     noise: float = 0.0,
@@ -36,22 +32,19 @@ def followed(
     """Return commands and measured positions (steps, machines) of an axis; the others rest.
 
     Args:
-        loop: the loop, with limits and sensors.
+        setup: the loop, at rest.
         machines: ``standing`` if the loop has effects around its drives.
-        gains: of one individual.
-        row: a column of the samples of a machine at rest.
-        axis: number of the axis.
-        reference: (steps,) less that of ``row``.
+        reference: (steps,) less that of the place of rest.
         added: (steps,) signal added to the command.
         noise: standard deviation of the encoders' noise, of other values on each machine.
         seed: seed of the noise.
         common: whether all machines have the same noise.
     """
-    every, steps = float(np.ravel(row.sample_time)[0]), len(reference)
+    loop, axis, every, steps = setup.loop, setup.axis, setup.every, len(reference)
     rate = np.gradient(reference, every)
     moving = np.stack([reference, rate, np.gradient(rate, every), added], axis=1)
     code, numbers = loop._replace(controller=Excited(loop.controller, False)).apart
-    shared = numbers, machines.nominal, gains, row, moving
+    shared = numbers, machines.nominal, setup.gains, setup.point.row, moving
     generator, parts = np.random.default_rng(seed), []
     encoders, size = len(loop.machine.drives[axis].encoders), machines.size
     width = -(-size // -(-size // AT_ONCE))  # chunks of one size share a program
@@ -60,25 +53,15 @@ def followed(
         shape = (1 if common else width, steps, encoders) if noise else (1, 1, 1)
         shaken = np.broadcast_to(noise * generator.standard_normal(shape), (width, *shape[1:]))
         with own_code_of(loop):
-            parts.append(_motion(code, axis, bool(noise), *shared, some.actual, shaken))
+            parts.append(_motion(code, axis, bool(noise), shared, some.actual, shaken))
     command, place = (np.concatenate([np.asarray(x) for x in y]) for y in zip(*parts, strict=True))
     return command[:size].T, place[:size].T
 
 
 @partial(jax.jit, static_argnums=(0, 1, 2), compiler_options=devices.compiler_options())
-def _motion(
-    code: Code,
-    axis: int,
-    noisy: bool,
-    numbers: Any,
-    nominal: Any,
-    gains: Any,
-    row: Samples,
-    moving: Any,
-    true: Any,
-    noise: Any,
-) -> Any:
+def _motion(code: Code, axis: int, noisy: bool, shared: Any, true: Any, noise: Any) -> Any:
     """Return commands and measured positions (machines, steps)."""
+    numbers, nominal, gains, row, moving = shared
     loop: Loop = joined(code, numbers)
     law = jax.tree.map(lambda one: one[0], jax.tree.map(nested, gains))
     drive, only = loop.machine.drives[axis], np.eye(len(loop.limits))[axis]

@@ -14,8 +14,7 @@ from hfc_design.core.numbers import Floats
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.named_scenario import AnyScenario
 from hfc_design.simulation.following import followed
-from hfc_design.simulation.frequency import Setup
-from hfc_design.simulation.stepped_sines import WINDOW, Sines, stepped_sines, whole_periods
+from hfc_design.simulation.frequency import WINDOW, Setup, Sines, stepped_sines, whole_periods
 from hfc_design.stability.frequency import LimitCycle
 from hfc_design.stability.margins import between
 
@@ -35,7 +34,7 @@ def limit_cycles(
 ) -> list[LimitCycle]:
     """Return the limit cycles of a design's loop at rest, on its nominal machine.
 
-    For the arguments and errors see ``simulated_response``.
+    For the arguments and errors see ``calls.frequency.frequency``.
     """
     setup = Setup.of(design, scenario, axis, 0.0, 0)
     amplitudes = np.geomspace(*AMPLITUDES) * setup.largest
@@ -57,8 +56,7 @@ def _predicted(setup: Setup, amplitudes: Floats, periods: Floats) -> list[LimitC
     shift = np.zeros((len(amplitudes), len(periods)))
     for _ in range(2):  # the second time about the place where the sine moves the axis to and fro
         sines = Sines(amplitudes, None, shift)
-        at = (setup.point.row, setup.point.speeds, sines, setup.axis, periods)
-        answers = stepped_sines(setup.loop, some, setup.gains, *at, opened=True)
+        answers = stepped_sines(setup, some, sines, periods, opened=True)
         shift = shift + answers.middle
     with np.errstate(all="ignore"):
         loop = -answers.answer / answers.added
@@ -89,15 +87,14 @@ def _predicted(setup: Setup, amplitudes: Floats, periods: Floats) -> list[LimitC
 
 def _simulated(setup: Setup, cycle: LimitCycle) -> LimitCycle:
     """Return a cycle with what remains of an oscillation that a sine of the reference started."""
-    row, every = setup.point.row, setup.every
+    every, nominal = setup.every, setup.machines.take(np.zeros(1, int))
     period = 1.0 / (cycle.hz * every)
     steps = int((KICKED + SETTLED + MEASURED) * period) + 1
     swing = np.where(np.arange(steps) < KICKED * period, np.arange(steps) / period, 0.0)
-    about = (setup.loop, setup.machines.take(np.zeros(1, int)), setup.gains, row, setup.axis)
     best = cycle
     for kick in KICKS:
         reference = kick * cycle.position * np.sin(2.0 * np.pi * swing)
-        commands, places = followed(*about, reference, 0.0 * reference)
+        commands, places = followed(setup, nominal, reference, 0.0 * reference)
         last = slice(-int(MEASURED * period), None)
         hz, position = _oscillation(places[last, 0], every, cycle.hz)
         _, command = _oscillation(commands[last, 0], every, hz)

@@ -73,18 +73,12 @@ def _of_machine(
         fixed, axes = loop.coefficients(true), len(row.axes)
         _, of = ravel_pytree(start(loop, fixed, jnp.zeros(()), row.start)._replace(commands=()))
         commands, shifts, loads = x[-3 * axes :].reshape(3, axes)
-        there = tuple(
-            one._replace(
-                reference=one.reference + shift,
-                loads=tuple(one.loads + load),
-                noise=tuple(one.noise),
-            )
-            for one, shift, load in zip(row.axes, shifts, loads, strict=True)
-        )
-        before = of(x[: -3 * axes])
-        after = next_state(
-            loop, nominal, fixed, every, tuple(commands), before, row._replace(axes=there)
-        )
+        there = []
+        for one, shift, load in zip(row.axes, shifts, loads, strict=True):
+            moved, pushed = one.reference + shift, tuple(one.loads + load)
+            there.append(one._replace(reference=moved, loads=pushed, noise=tuple(one.noise)))
+        before, row = of(x[: -3 * axes]), row._replace(axes=tuple(there))
+        after = next_state(loop, nominal, fixed, every, tuple(commands), before, row)
         machine_state = after._replace(memory=(), commands=())
         parts = machine_state, after.memory, positions(loop, before.states)
         whole = jnp.concatenate([ravel_pytree(part)[0] for part in parts])
@@ -140,10 +134,8 @@ class _Machines:
         #: Approximate command over speed of each axis; 0 for a drive without a known top speed.
         self._pushes = np.zeros(speeds.shape[1])
         for k, (drive, parameters) in enumerate(zip(loop.machine.drives, nominal, strict=True)):
-            most, top = (
-                drive.largest_commands(parameters, loop.limits[k])[1],
-                drive.top_speed(parameters),
-            )
+            top = drive.top_speed(parameters)
+            _, most = drive.largest_commands(parameters, loop.limits[k])
             if np.isfinite([most, top]).all() and top > 0.0:
                 self._pushes[k] = most / top
         self.size = self.begun(1.0).shape[1] - speeds.shape[1]
@@ -420,15 +412,10 @@ def loops(near: Steady, controllers: Controllers, lane: int) -> list[tuple[OpenL
     """
     size, more = near.a.shape[-1], controllers.a.shape[-1]
     c = np.hstack([controllers.d[lane] @ near.c[lane], controllers.c[lane]])
-    a = np.block(
-        [
-            [near.a[lane], np.zeros((size, more))],
-            [controllers.b[lane] @ near.c[lane], controllers.a[lane]],
-        ]
-    )
-    b, loads, places = (
-        np.pad(x, ((0, more), (0, 0))) for x in (near.b[lane], near.e[lane], near.d[lane].T)
-    )
+    upper = [near.a[lane], np.zeros((size, more))]
+    a = np.block([upper, [controllers.b[lane] @ near.c[lane], controllers.a[lane]]])
+    each = near.b[lane], near.e[lane], near.d[lane].T
+    b, loads, places = (np.pad(x, ((0, more), (0, 0))) for x in each)
     pairs = []
     for k in range(b.shape[1]):
         others = np.arange(b.shape[1]) != k

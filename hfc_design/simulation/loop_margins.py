@@ -8,13 +8,14 @@ one individual on one machine at one operating point.
 """
 
 from copy import copy
+from functools import partial
 from typing import Any, NamedTuple
 
 import jax
 import numpy as np
 
 from hfc_design.controllers.controller import Controller
-from hfc_design.core.numbers import SAME, Floats, Gains, Json, Mask
+from hfc_design.core.numbers import SAME, Floats, Gains, Json, Mask, storable
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.loop_setup import controller_of, load_design, machine, with_converter
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
@@ -30,14 +31,12 @@ from hfc_design.stability.margins import (
     ASKED,
     GOALS,
     OpenLoop,
-    between,
-    crossings,
     largest,
     margins,
+    sampled_margins,
     swung,
 )
-from hfc_design.stability.margins import BAND as MINUS_3_DB
-from hfc_design.stability.report import At, LoopMargins, band, numbers
+from hfc_design.stability.report import At, LoopMargins, band
 
 #: Number of machines beside the nominal one from which a band of margins is computed.
 BAND = 20
@@ -177,7 +176,8 @@ def _at(
         if np.abs(loop.transfer(LOOKED_AT)).max() < NOTHING:
             entries.append((HELD if loop.c.any() else OPEN, {}, None))
         else:
-            entries.append(("", numbers(margins(loop), every, largest(of_load)), loop))
+            soft = zip(("compliance", "compliance_static"), largest(of_load), strict=True)
+            entries.append(("", margins(loop, every)._asdict() | storable(dict(soft)), loop))
     return entries
 
 
@@ -257,15 +257,13 @@ class AskedMargins:
 
     def broken(self, gains: Gains) -> Floats:
         """Return how much each individual misses requirements, (individuals,); 0: not at all."""
-        machines, controllers, known = self._near(gains)
-        places, each = len(self._machines.exists), []
-        poles = _closed(machines, controllers)
+        every = self._near(gains)
+        (*_, known, poles), places, each = every, len(self._machines.exists), []
         radius = np.where(known[:, 0], np.abs(poles).max(axis=1), 0.0).reshape(-1, places)
         grown = np.where(radius > 1.0 + ROUNDED, LONG * (radius - 1.0), 0.0)
-        some = self._of_points((machines, controllers, known, poles))
-        limits = self._required and self._required | {
-            "modes": NEAR
-        }  # without required margins only stability is required
+        some = self._of_points(every)
+        # Without required margins only stability is required.
+        limits = self._required and self._required | {"modes": NEAR}
         margin_values = self._margins(*some) if limits else {}
         rest = np.arange(len(some[2]))[:, None] % len(self._answers) == self._rest
         for name, limit in limits.items():
@@ -286,27 +284,26 @@ class AskedMargins:
 
         The margins of an unstable loop mean nothing.
         """
-        machines, controllers, known = self._near(gains)
-        return self._margins(
-            *self._of_points((machines, controllers, known, _closed(machines, controllers)))
-        )
+        return self._margins(*self._of_points(self._near(gains)))
 
     def _of_points(self, every: Any) -> Any:
         """Return the lanes (individuals x points) of leaves, without the ``rubbing`` machines."""
         lanes = np.arange(len(jax.tree.leaves(every)[0])) % len(self._machines.exists)
         return jax.tree.map(lambda leaf: leaf[lanes < len(self._answers)], every)
 
-    def _near(self, gains: Gains) -> tuple[Steady, Controllers, Mask]:
-        """Return machines, controllers, and which were found, in lanes (individuals x machines)."""
+    def _near(self, gains: Gains) -> tuple[Steady, Controllers, Mask, Any]:
+        """Return machines, controllers, which were found, and poles of the closed loops.
+
+        They are in lanes (individuals x machines).
+        """
         points, count = len(self._machines.exists), jax.tree.leaves(gains)[0].shape[-1]
         every = jax.tree.map(lambda leaf: np.repeat(leaf, points, axis=-1), gains)
-        machines: Steady = jax.tree.map(
-            lambda leaf: np.tile(leaf, (count, *[1] * (leaf.ndim - 1))), self._machines
-        )
+        machines: Steady = jax.tree.map(partial(_lanes, count=count), self._machines)
         with own_code_of(self._loop, CANNOT), np.errstate(all="ignore"):
             off = np.tile(self._off, count) if self._off.any() else None
             controllers = controlled(self._loop, self._nominal, every, machines, off)
-        return machines, controllers, (controllers.exists & machines.exists)[:, None]
+        known = (controllers.exists & machines.exists)[:, None]
+        return machines, controllers, known, _closed(machines, controllers)
 
     def _margins(
         self, machines: Steady, controllers: Controllers, known: Mask, poles: Any
@@ -317,42 +314,33 @@ class AskedMargins:
             whole = np.eye(through.shape[-1]) - through
             if "compliance" in self._required:
                 pushed = _responses(controllers, self._loaded, self._angles)
-                moved, loaded = np.split(_lanes(self._moved, len(whole)), 2, axis=-1)
+                each = _lanes(self._moved, len(whole) // len(self._moved))
+                moved, loaded = np.split(each, 2, axis=-1)
                 soft = np.diagonal(loaded + moved @ np.linalg.solve(whole, pushed), 0, 2, 3)
             else:
                 soft = np.zeros(whole.shape[:3])
             others = [np.delete(np.delete(whole, k, -1), k, -2) for k in range(whole.shape[-1])]
             sensitivity = np.stack([np.linalg.det(each) for each in others], axis=-1)
             sensitivity = sensitivity / np.linalg.det(whole)[..., None]
-            loop = (1.0 / sensitivity - 1.0).swapaxes(1, 2)  # (lanes, axes, frequencies)
-            gain, unity, lags = crossings(self._angles, loop)
-            per_crossing = {
-                "gain_margin": np.where(gain > 1.0, gain, np.inf),
-                "phase_margin_deg": np.degrees(np.minimum(lags, 2.0 * np.pi - lags)),
-                "delay_margin_samples": lags / unity,
+            found = sampled_margins(self._angles, self._every, sensitivity.swapaxes(1, 2))
+            found |= {
+                "sensitivity": _peaks(np.abs(sensitivity)),
+                "closed_loop_peak": _peaks(np.abs(1.0 - sensitivity)),
+                "compliance": _peaks(np.abs(soft)),
             }
-            least = {
-                name: np.fmin.reduce(x, -1, initial=np.inf) for name, x in per_crossing.items()
-            }
-            both = {"sensitivity": _peaks(np.abs(sensitivity)), **least}
-            goals = self._goals(sensitivity, soft)
-            near = np.tile(self._off[: len(self._answers)] == 0.0, len(whole) // len(self._answers))
-            both |= {key: np.where(near[:, None], x, np.nan) for key, x in goals.items()}
             if self._narrow and known.shape[1] == 1:
-                both["sensitivity"] = np.fmax(
-                    both["sensitivity"], _thin(machines, controllers, poles)
-                )
-            both["modes"] = self._swung(loop, np.fmax.reduce(unity, -1))
+                thin = _thin(machines, controllers, poles)
+                found["sensitivity"] = np.fmax(found["sensitivity"], thin)
+            near = np.tile(self._off[: len(self._answers)] == 0.0, len(whole) // len(self._answers))
+            both = {}
+            for name, (key, more, _) in ASKED.items():
+                none = np.isnan(found[key]) & (not more)  # a margin without an end is unlimited
+                both[name] = np.where(none, np.inf, found[key])
+                if name in GOALS:
+                    both[name] = np.where(near[:, None], both[name], np.nan)
+            loop = (1.0 / sensitivity - 1.0).swapaxes(1, 2)  # (lanes, axes, frequencies)
+            both["modes"] = self._swung(loop, found["crossover_hz"])
         return {name: np.where(known, each, np.nan) for name, each in both.items()}
-
-    def _goals(self, sensitivity: Any, soft: Any) -> dict[str, Floats]:
-        """Return ``GOALS`` (lanes, axes) from responses (lanes, frequencies, axes)."""
-        closed = np.abs(1.0 - sensitivity)
-        crossed, share = between(np.log(closed / MINUS_3_DB).swapaxes(1, 2))
-        ends = self._angles[:-1] * (self._angles[1:] / self._angles[:-1]) ** share
-        ends = np.where(crossed, ends / (2.0 * np.pi * self._every), np.inf)
-        goals = ends.min(axis=-1), _peaks(closed), _peaks(np.abs(soft))
-        return dict(zip(GOALS, goals, strict=True))
 
     def _swung(self, loop: Any, crossover: Floats) -> Floats:
         """Return how near modes of the stress lead loops to -1, (lanes, axes), see ``swung``."""
@@ -360,7 +348,7 @@ class AskedMargins:
         nearest = np.zeros(loop.shape[:-1])
         if stress is None:
             return nearest
-        lowest, highest = stress.modes_between(crossover / (2.0 * np.pi * self._every), self._every)
+        lowest, highest = stress.modes_between(crossover, self._every)
         near = (hz >= lowest[..., None] * (1.0 - SAME)) & (hz <= highest * (1.0 + SAME))
         shares = [x / (1.0 - x) for x in stress.mode_inertia] + [-1.0] * stress.far_modes
         for share in shares:
@@ -389,16 +377,15 @@ def _at_the_limit(scenario: Scenario, loop: Loop, machines: Machines) -> Steady 
 
 
 def _lanes(each: Floats, count: int) -> Floats:
-    """Return the values of the points for ``count`` lanes (individuals x points)."""
-    return np.tile(each, (count // len(each), 1, 1, 1))
+    """Return the values of the points for lanes (individuals x points), ``count`` individuals."""
+    return np.tile(each, (count, *[1] * (each.ndim - 1)))
 
 
 def _closed(machines: Steady, controllers: Controllers) -> Any:
     """Return the poles (lanes, poles) of the closed loops; a magnitude above 1 is unstable."""
     moved, given = machines.a + machines.b @ controllers.d @ machines.c, machines.b @ controllers.c
-    return np.linalg.eigvals(
-        np.nan_to_num(np.block([[moved, given], [controllers.b @ machines.c, controllers.a]]))
-    )
+    whole = np.block([[moved, given], [controllers.b @ machines.c, controllers.a]])
+    return np.linalg.eigvals(np.nan_to_num(whole))
 
 
 def _thin(machines: Steady, controllers: Controllers, closed: Any) -> Floats:
@@ -423,9 +410,7 @@ def _peaks(sizes: Floats) -> Floats:
 def _responses(controllers: Controllers, answers: Floats, angles: Floats) -> Floats:
     """Return the responses of new commands to commands, (lanes, frequencies, axes, axes)."""
     z, unit = np.exp(1j * angles)[:, None, None], np.eye(controllers.a.shape[-1])
-    output_matrix = controllers.c.swapaxes(1, 2)[:, None].astype(complex)
-    inner = np.linalg.solve(
-        z * unit - controllers.a.swapaxes(1, 2)[:, None], output_matrix
-    ).swapaxes(2, 3)
+    a, c = (x.swapaxes(1, 2)[:, None] for x in (controllers.a, controllers.c))
+    inner = np.linalg.solve(z * unit - a, c.astype(complex)).swapaxes(2, 3)
     rows = controllers.d[:, None] + inner @ controllers.b[:, None]
     return (rows.reshape(-1, len(answers), *rows.shape[1:]) @ answers).reshape(*rows.shape[:3], -1)

@@ -70,9 +70,7 @@ def drawn(
     accepted, refused = [nominal], 0
     while len(accepted) <= samples:
         one = draw()
-        if not any(
-            drive.fault(parameters._asdict()) for drive, parameters in zip(drives, one, strict=True)
-        ):
+        if not any(drive.fault(x._asdict()) for drive, x in zip(drives, one, strict=True)):
             accepted.append(one)
             continue
         refused += 1

@@ -72,12 +72,8 @@ class Robustness(NamedTuple):
         return table("Robustness", self._summary() | self.nominal)
 
     def _summary(self) -> dict[str, object]:
-        summary = {"spread": self.spread, "machines": len(self.stable)}
-        return {
-            **summary,
-            "stable": float(self.stable.mean()),
-            "nominal_stable": self.nominal_stable,
-        }
+        stable = {"stable": float(self.stable.mean()), "nominal_stable": self.nominal_stable}
+        return {"spread": self.spread, "machines": len(self.stable), **stable}
 
     @property
     def usable(self) -> bool:
@@ -165,10 +161,9 @@ def robustness(
     design = load_design(design)
     scenario = with_converter(load_scenario(scenario), design)
     if scenario.motions:
-        message = (
-            f"{scenario.name} has several motions: use usable(design, scenario), or one motion"
-        )
-        raise UserError(f"{message}, scenario.motion({scenario.motions[0].name!r})")
+        one = f"one motion, scenario.motion({scenario.motions[0].name!r})"
+        many = f"{scenario.name} has several motions"
+        raise UserError(f"{many}: use usable(design, scenario), or {one}")
     check_draw(spread, samples, seed, tolerances)
     drawing = {option("samples"): memory.MACHINE * samples}
     memory.check(scenario.name, memory.of_motion(scenario) | drawing)
@@ -186,8 +181,8 @@ def robustness(
 
         return _motions(design, where, machines.take(chosen), more, at_once)
 
-    results = refined(scenario, machines.size, simulate, lambda result: result[0].diverged)
-    evaluations, judged = zip(*results, strict=True)
+    pairs = refined(scenario, machines.size, simulate, lambda result: result[0].diverged)
+    evaluations, judged = zip(*pairs, strict=True)
     _, measured, failed = map(np.asarray, Judged.stacked(judged))
     lost = failed | np.array([[one.diverged] for one in evaluations])
     why = {reason: mask[:, 0] for reason, mask in instabilities(measured, lost, [scenario]).items()}
@@ -198,17 +193,9 @@ def robustness(
     nominal = {key: float(column[0]) for key, column in columns.items()}
     values = {key: column[1:] for key, column in columns.items()}
     ranges = evaluate(design, scenario).ranges
-    parts = (
-        stable[1:],
-        bool(stable[0]),
-        nominal,
-        values,
-        evaluations[0],
-        ranges,
-        reasons,
-        nominal_reasons,
-    )
-    return Robustness(spread, seed, machines, refused, again[0] if again else 0, *parts, meant)
+    parts = (stable[1:], bool(stable[0]), nominal, values, evaluations[0], ranges, reasons)
+    repeated = again[0] if again else 0
+    return Robustness(spread, seed, machines, refused, repeated, *parts, nominal_reasons, meant)
 
 
 def _columns(

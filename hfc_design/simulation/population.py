@@ -80,9 +80,8 @@ def standing(
                 value = value[k] if value.ndim else value
                 before = getattr(around, name)
                 both = before * value if name == "noise" else before + value
-                around = around._replace(
-                    **{name: np.maximum(both, 0.0) if name in LEAST_0 else both}
-                )
+                both = np.maximum(both, 0.0) if name in LEAST_0 else both
+                around = around._replace(**{name: both})
         wide = Around(*(np.broadcast_to(np.asarray(x, float), machines.size) for x in around))
         true.append(Standing(plain(parameters), sampled(wide, every, loop.substeps, waits)))
     return Machines(machines.nominal, tuple(true), machines.around)

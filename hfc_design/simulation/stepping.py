@@ -38,9 +38,8 @@ class Inputs(NamedTuple):
     actual: tuple[Parameters, ...]  # true ones: numbers, or leaves (individuals,)
     samples: Samples  # of all motions one after the other, each with a start of its own
     gains: Gains  # leaves (..., individuals)
-    bounds: Integers | None = (
-        None  # (motions, 2) begin and end column of each motion; None: there is a single motion
-    )
+    #: (motions, 2) begin and end column of each motion; None: there is a single motion.
+    bounds: Integers | None = None
     #: (individuals,) merit that each must be able to reach; None: no early stopping. Only for one
     #: motion of one machine; ``bounds`` are then those of its segments, (segments + 1,).
     needed: Individuals | None = None
@@ -163,9 +162,8 @@ def recorded_motions(
 def judged(loop: Loop, carry: Carry) -> Judged:
     """Return the final results of the judge, without the copies, which come last in the states."""
     machines, watch = carry
-    places = [
-        place[: watch.means[0].shape[0]] for place in closed_loop.positions(loop, machines.states)
-    ]
+    count = watch.means[0].shape[0]
+    places = [place[:count] for place in closed_loop.positions(loop, machines.states)]
     return loop.judge.judged(watch.sums, places)
 
 

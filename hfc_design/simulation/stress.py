@@ -32,7 +32,7 @@ from hfc_design.simulation.population import Machines, standing
 from hfc_design.simulation.repeats import of_all_motions
 from hfc_design.simulation.stability_criteria import instabilities
 from hfc_design.stability.nominal import nominal
-from plants.around import plain
+from plants.around import Standing, plain
 
 #: Parts of a stress that are tried where the whole breaks the design.
 PARTS = np.arange(1, 8) / 8.0
@@ -161,9 +161,8 @@ def _holding(scenario: Scenario, without: Judged) -> Callable[[Judged], tuple[Ma
     def lost(one: Judged) -> dict[str, Mask]:
         values = np.concatenate([without.values[:1], one.values])
         failed = np.concatenate([without.failed[:1], one.failed])
-        return {
-            why: mask[1:] & required for why, mask in instabilities(values, failed, motions).items()
-        }
+        reasons = instabilities(values, failed, motions)
+        return {why: mask[1:] & required for why, mask in reasons.items()}
 
     before = ~np.logical_or.reduce([*lost(without).values()]).any(axis=1)
 
@@ -229,11 +228,7 @@ def rubbing(scenario: Scenario, machines: Machines, what: Applied) -> Machines:
         coulomb = what.sticking * sum(x for name, x in more.items() if "coulomb" in name)
         more |= {name: more[name] + coulomb for name in friction_of(drive, moving=False)}
         bare = bare._replace(**more)
-        true.append(
-            parameters._replace(inner=bare)
-            if bare is not parameters and hasattr(parameters, "around")
-            else bare
-        )
+        true.append(parameters._replace(inner=bare) if isinstance(parameters, Standing) else bare)
     return Machines(machines.nominal, tuple(true))
 
 
@@ -245,9 +240,8 @@ def cases(scenario: Scenario, crossover: float | None) -> Iterator[Case]:
     pairs = zip(axes, sensors, strict=True)
     steps = np.array([axis.resolution or sensor.encoder_resolution for axis, sensor in pairs])
     also = scenario.robust.tolerances if scenario.robust else {}
-    noisy = "noise" not in also and any(
-        x.noise or any(y.noise for y in x.readings.values()) for x in sensors
-    )
+    each: list[Any] = [y for x in sensors for y in (x, *x.readings.values())]
+    noisy = "noise" not in also and any(one.noise for one in each)
     rubbing = any(friction_of(axis.drive) for axis in axes)
     later = stress.delay_samples * ("delay_samples" not in also)
     yield Case("a delay {} samples longer", later, _around("delay_samples"))
@@ -429,6 +423,5 @@ def _longer(samples: Samples, before: int, behind: int) -> Samples:
     time: Floats = float(samples.sample_time) * np.arange(steps, dtype=np.float64)
     late = np.append(np.zeros(before), late_samples(time[before:]))
     rest = {"path": jax.tree.map(extended, samples.path), "late": late}
-    return samples._replace(
-        axes=tuple(axes), time=time, settled=extended(samples.settled, 0.0), **rest
-    )
+    rest |= {"axes": tuple(axes), "time": time, "settled": extended(samples.settled, 0.0)}
+    return samples._replace(**rest)

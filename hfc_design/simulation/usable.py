@@ -186,20 +186,18 @@ def gain_range(passes: Callable[[Floats], Mask]) -> tuple[float, float] | None:
     ``passes(factors)`` tells whether it passes with the factor 1, and with each of ``factors``. The
     scan is geometric, from ``SMALLEST_TRIED`` to ``LARGEST_TRIED``; then both ends are refined.
     """
-    up = np.geomspace(1.0, LARGEST_TRIED, TRIED + 1)[1:]
-    good = passes(np.append(up, 1.0 / up[:-1]))
-    if not good[0]:
-        return None
-    ends = []
-    for ratios, well in ((up, good[1 : TRIED + 1]), (1.0 / up[:-1], good[TRIED + 1 :])):
-        lost = int(np.argmin(well)) if not well.all() else len(well)
-        ends.append((np.append(1.0, ratios)[lost], ratios[min(lost, len(ratios) - 1)]))
-    (high, beyond), (low, below) = ends
-    fine = np.append(
-        np.geomspace(high, beyond, TRIED + 2)[1:-1], np.geomspace(low, below, TRIED + 1)[1:-1]
-    )
-    good = passes(fine)
-    upper, lower = good[1 : TRIED + 1], good[TRIED + 1 :]
-    most = np.append(high, fine[:TRIED])[int(np.append(upper, False).argmin())]
-    least = np.append(low, fine[TRIED:])[int(np.append(lower, False).argmin())]
-    return float(least), float(most)
+    up = np.geomspace(1.0, LARGEST_TRIED, TRIED + 1)
+    grids, ends = [up, 1.0 / up[:-1]], list[tuple[float, float]]()
+    for _ in range(2):  # the second time between the last factor that passes and the next one
+        good = passes(np.concatenate([grid[1:] for grid in grids]))
+        if not good[0]:
+            return None
+        passed = good[: TRIED + 1], np.append(True, good[TRIED + 1 :])
+        lasts = [int(np.append(some, False).argmin()) - 1 for some in passed]
+        pairs = [*zip(grids, lasts, strict=True)]
+        ends = [(float(grid[k]), float(grid[min(k + 1, len(grid) - 1)])) for grid, k in pairs]
+        grids = [
+            np.geomspace(*end, len(grid) + 1)[:-1] for grid, end in zip(grids, ends, strict=True)
+        ]
+    (high, _), (low, _) = ends
+    return low, high

@@ -107,10 +107,10 @@ def stress_table(stresses: Sequence[Json]) -> Table:
     """Return the table of stresses, with lines on those that break the design (see ``_broken``)."""
     each = ((x, f"{x['merit'] or 0.0:.2f}" if x["holds"] else "breaks") for x in stresses)
     rows = [[one["name"], f"{100 * one['share']:.3g}", merit] for one, merit in each]
-    failures = (
-        (failure, part and f"; it is stable with {part}") for failure, part in _broken(stresses)
-    )
-    lines = [f"breaks: {failure}{part}" for failure, part in failures]
+    lines = [
+        f"breaks: {failure}" + (part and f"; it is stable with {part}")
+        for failure, part in _broken(stresses)
+    ]
     if lines:
         first = (x for words, x in MENDS.items() if re.search(words, lines[0].split(" it ")[0]))
         lines.append(f"first step: {next(first)}; see docs/robustness.md")

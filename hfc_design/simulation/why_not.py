@@ -8,6 +8,7 @@ parameters the machines are moved nearer to the nominal one and simulated again.
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from functools import cache
+from itertools import chain
 from math import ceil
 from typing import TypeAlias
 
@@ -212,9 +213,7 @@ def deviations(machines: Machines) -> dict[str, Floats]:
     largest deviation counts.
     """
     each: dict[str, list[Floats]] = {}
-    for name, x in (
-        (name, x) for parameters in machines.actual for name, x in parameters._asdict().items()
-    ):
+    for name, x in chain.from_iterable(one._asdict().items() for one in machines.actual):
         if np.ptp(x):
             each.setdefault(name, []).append(x[1:] / x[0] - 1.0)
     each |= {name: [*(x[:, 1:] - x[:, :1])] for name, x in machines.around.items()}
@@ -241,9 +240,7 @@ def _alike(
 ) -> Iterator[str]:
     """Yield the most frequent failures in a motion, with extreme parameters of failing machines."""
     required, values, names = ~np.array(scenario.nominal_only), np.array([*off.values()]), [*off]
-    around = AROUND.keys() - {
-        name for parameters in scenario.plant.values() for name in parameters._fields
-    }
+    around = AROUND.keys() - {name for one in scenario.plant.values() for name in one._fields}
     faults = [(x[1:, k], why, k) for why, x in lost.items() for k in np.flatnonzero(required)]
     failures = [one for one in faults if one[0].any() and not one[1].startswith("exceeds ")]
     for bad, why, k in sorted(failures, key=lambda one: -one[0].sum())[:LINES]:
@@ -321,7 +318,5 @@ def needed(
             command = np.where(way * rate >= 0.0, demand, command)
     low, high = drive.largest_commands(parameters, most)
     pairs = (float(np.fmax.reduce(command)), high), (-float(np.fmin.reduce(command)), -low)
-    return max(pairs, key=lambda one: one[0] / max(one[1], TINY)), (
-        highest,
-        drive.top_speed(parameters),
-    )
+    worst = max(pairs, key=lambda one: one[0] / max(one[1], TINY))
+    return worst, (highest, drive.top_speed(parameters))

@@ -11,17 +11,17 @@ import numpy as np
 
 from hfc_design.core.numbers import Floats, Json, Mask, storable
 from hfc_design.core.tables import MISSING, Table, line, text
-from hfc_design.stability.margins import BAND, between, crossings
-from hfc_design.stability.report import lag
+from hfc_design.stability.margins import sampled_margins
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes  # takes longer than all the rest
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure  # takes longer than all the rest
 
 #: Coherence below which a response is not shown: with it, its error is about a third.
 KNOWN = 0.5
-#: Most frequencies that are drawn.
-POINTS = 250
+#: Most frequencies that are drawn, and height of a panel [in].
+POINTS, PANEL = 1500, 1.9
+#: Fields of ``FrequencyResponse`` with a number for each frequency that are drawn.
+CURVES = ("hertz", "drive", "coherence", "loop", "compliance")
 #: Quantiles of the machines that bound a band.
 ENDS = (0.05, 0.95)
 #: Columns of the table: key of a number -> title with its unit.
@@ -44,6 +44,15 @@ CYCLES = (
     "Limit cycles at rest. Predicted: the loop, driven by a sine of this amplitude, answers with "
     "the same sine (describing function); simulated: what remains of an oscillation; –: nothing"
 )
+#: Labels of the Nyquist curve and of logarithmic panels; values that are marked in others.
+NYQUIST, REAL = "imaginary part of L", "real part of L"
+LOGARITHMIC = ("|", "compliance")
+MARKED = {
+    "|L| [1]": 1.0,
+    "|L / (1 + L)| [1]": 1.0,
+    "phase of L [deg]": -180.0,
+    "coherence [1]": 0.0,
+}
 BANDS = "below: between 5 and 95 % of {} other machines"
 
 
@@ -75,7 +84,7 @@ class FrequencyResponse(NamedTuple):
     source: str
     hertz: Floats
     sample_time: float  # [s]
-    drive: Any  # from command to the position that is fed back
+    drive: Any  # from command to the position that is fed back; None: unknown
     coherence: Floats  # (frequencies,) 1: the answer is that of a linear loop without noise
     units: tuple[str, str]  # of drive and compliance
     loop: Any = None  # open loop L; None: unknown
@@ -92,28 +101,36 @@ class FrequencyResponse(NamedTuple):
     @property
     def margins(self) -> dict[str, Floats]:
         """Each of ``COLUMNS`` for all machines, (machines,); nan: not among the frequencies."""
-        known, every = self.known, self.sample_time
-        values: dict[str, Floats] = {}
+        known, values = self.known, dict[str, Floats]()
         if self.loop is not None and known.sum() > 1:
-            hertz, loop = self.hertz[known], self.loop[:, known]
-            with np.errstate(all="ignore"):
-                gains, unity, lags = crossings(2.0 * np.pi * hertz * every, loop)
-                sizes, closed = np.abs(1.0 / (1.0 + loop)), np.abs(loop / (1.0 + loop))
-                crossed, share = between(np.log(closed / BAND))
-                ends = hertz[:-1] * (hertz[1:] / hertz[:-1]) ** share
-            some = np.where(gains[:, :-1] > 1.0, gains[:, :-1], np.nan)
-            values = {
-                "crossover_hz": _extreme(np.fmax, unity) / (2.0 * np.pi * every),
-                "phase_deg": np.degrees(_extreme(np.fmin, np.minimum(lags, 2.0 * np.pi - lags))),
-                "gain_up": _extreme(np.fmin, some),
-                "sensitivity": sizes.max(axis=1),
-                "sensitivity_hz": hertz[sizes.argmax(axis=1)],
-                "peak": closed.max(axis=1),
-                "bandwidth_hz": _extreme(np.fmin, np.where(crossed, ends, np.nan)),
-            }
+            angles = 2.0 * np.pi * self.sample_time * self.hertz[known]
+            about = (self.sample_time, 1.0 / (1.0 + self.loop[:, known]))
+            values = sampled_margins(angles, *about, whole=False)
+            values["peak"] = values["closed_loop_peak"]
+            values = {key: values[key] for key in COLUMNS if key in values}
         if self.compliance is not None:
             values["compliance"] = np.abs(self.compliance).max(axis=1)
         return values
+
+    def curves(self) -> dict[str, tuple[Floats, Floats]]:
+        """Return what a picture shows, by labels: x (points,), and values (machines, points)."""
+        known, (drive_unit, soft_unit) = self.known, self.units
+        hertz, curves = self.hertz[known], dict[str, tuple[Floats, Floats]]()
+        if self.drive is not None:
+            drive = self.drive[:, known]
+            curves[f"|drive| [{drive_unit}]"] = hertz, np.abs(drive)
+            curves["phase of the drive [deg]"] = hertz, lag(drive)
+            curves["coherence [1]"] = self.hertz, self.coherence[None]
+        if self.compliance is not None:
+            curves[f"compliance [{soft_unit}]"] = self.hertz, np.abs(self.compliance)
+        if self.loop is not None:
+            loop = self.loop[:, known]
+            curves[NYQUIST] = loop[0].real, loop[:1].imag
+            curves["|L| [1]"] = hertz, np.abs(loop)
+            curves["phase of L [deg]"] = hertz, lag(loop)
+            curves["|1 / (1 + L)| [1]"] = hertz, np.abs(1.0 / (1.0 + loop))
+            curves["|L / (1 + L)| [1]"] = hertz, np.abs(loop / (1.0 + loop))
+        return curves
 
     @property
     def lines(self) -> list[str]:
@@ -136,9 +153,9 @@ class FrequencyResponse(NamedTuple):
             values = getattr(self, name)
             if values is not None:
                 low, high = np.quantile(np.abs(values), ENDS, axis=0)
-                sizes = {"magnitude": np.abs(values[0]), "low": low, "high": high}
-                curves[name] = {key: x.tolist() for key, x in sizes.items()}
-                curves[name]["phase_deg"] = lag(values[0]).tolist()
+                curve = {"magnitude": np.abs(values[0]), "low": low, "high": high}
+                curve["phase_deg"] = lag(values[0])
+                curves[name] = {key: x.tolist() for key, x in curve.items()}
         margins = {
             key: storable({"nominal": x[0], "low": low, "high": high})
             for key, x in self.margins.items()
@@ -165,10 +182,6 @@ def response_units(units: Mapping[str, str]) -> tuple[str, str]:
     return f"{units['error']}/{units['command']}", f"{units['error']}/{load}"
 
 
-def _extreme(which: Any, values: Floats) -> Floats:
-    return np.asarray(which.reduce(values, axis=1, initial=np.nan))
-
-
 class Frequencies(NamedTuple):
     """Responses of several sources over one another, and the limit cycles of a design."""
 
@@ -188,9 +201,8 @@ class Frequencies(NamedTuple):
         """Return the table of margins, the nominal machine above the band of others; of cycles."""
         units = self.responses[0].units
         each = [(one, one.margins) for one in self.responses]
-        keys = [
-            key for key in COLUMNS if any(np.isfinite(x.get(key, np.nan)).any() for _, x in each)
-        ]
+        there = {key for _, x in each for key, values in x.items() if np.isfinite(values).any()}
+        keys = [key for key in COLUMNS if key in there]
         head = ["source", "from [Hz]", "to [Hz]", *(COLUMNS[x].format(units[1]) for x in keys)]
         rows, lines = [], list[str]()
         for one, margins in each:
@@ -228,74 +240,60 @@ def _cell(value: float) -> str:
     return f"{value:.3g}" if np.isfinite(value) else MISSING
 
 
-def drawn(responses: Sequence[FrequencyResponse]) -> "Figure":
+def drawn(responses: Sequence[FrequencyResponse], columns: int = 2) -> "Figure":
     """Draw all responses over one another, with bands between 5 and 95 % of the machines.
 
-    On the left magnitude and phase of the drive and the coherence; on the right magnitude of the
-    open loop, its Nyquist curve, sensitivity and compliance, as far as they are known.
+    Each of their ``curves`` has a panel; the Nyquist curve only if there are several ``columns``.
     """
-    from hfc_design.plotting.figure import above, colour, framed, gridded
+    from hfc_design.plotting.figure import WIDTH, above, colour, framed, gridded
 
-    figure = framed(8.6, top=0.5 + 0.18 * (len(responses) // 2), left=0.7, right=0.15, bottom=0.45)
-    figure.set_size_inches(9.6, 8.6)
-    figure.subplots_adjust(left=0.08, right=0.985, hspace=0.38, wspace=0.24)
-    (size, loop), (phase, peak), (trust, soft), (nyquist, closed) = figure.subplots(4, 2)
-    for k, one in enumerate(map(_fewer, responses)):
-        look: dict[str, Any] = {"color": colour(k), "lw": 1.5}
-        band: dict[str, Any] = {"color": colour(k), "alpha": 0.18, "lw": 0}
-        shown = one.known
-        trust.semilogx(one.hertz, one.coherence, **look, label=one.source)
-        _curve(size, one, np.abs(one.drive), shown, look, band)
-        turned = np.zeros(one.drive.shape)
-        turned[:, shown] = [lag(x[shown]) for x in one.drive]
-        _curve(phase, one, turned, shown, look, band)
-        if one.loop is not None:
-            _curve(loop, one, np.abs(one.loop), shown, look, band)
-            _curve(peak, one, np.abs(1.0 / (1.0 + one.loop)), shown, look, band)
-            _curve(closed, one, np.abs(one.loop / (1.0 + one.loop)), shown, look, band)
-            nyquist.plot(one.loop[0].real[shown], one.loop[0].imag[shown], **look)
-        if one.compliance is not None:
-            _curve(soft, one, np.abs(one.compliance), shown | True, look, band)
-    for axes in (size, loop, peak, soft, closed):
-        axes.set_yscale("log")
-    for axes in (loop, closed):
-        axes.axhline(1.0, color="0.3", lw=0.8)
-    nyquist.plot([-1.0], [0.0], "+", color="black", ms=9)
-    nyquist.set(xlim=(-3.0, 1.0), ylim=(-2.0, 1.0))
-    gridded(nyquist, "real part of L", "imaginary part of L")
-    labels = {
-        size: f"|drive| [{responses[0].units[0]}]",
-        phase: "phase of the drive [deg]",
-        trust: "coherence [1]",
-        loop: "|L| [1]",
-        peak: "|1 / (1 + L)| [1]",
-        closed: "|L / (1 + L)| [1]",
-        soft: f"compliance [{responses[0].units[1]}]",
-    }
-    for axes, label in labels.items():
-        gridded(axes, "frequency [Hz]" if axes in (trust, closed) else "", label)
-        axes.set_xscale("log")
-        axes.xaxis.set_major_formatter("{x:g}")
-    trust.set_ylim(0.0, 1.05)
-    above(figure, trust)
+    shown = [(one.source, one.curves()) for one in map(_fewer, responses)]
+    most = sorted((curves for _, curves in shown), key=len, reverse=True)
+    labels = [*dict.fromkeys(label for curves in most for label in curves)]
+    labels = [label for label in labels if columns > 1 or label != NYQUIST]
+    rows, top = max(-(-len(labels) // columns), 1), 0.3 + 0.18 * (len(responses) // 2)
+    figure = framed(PANEL * rows + top + 0.4, top=top)
+    figure.set_size_inches(columns * WIDTH, figure.get_figheight())
+    figure.subplots_adjust(left=0.15 / columns, right=0.985, hspace=0.38, wspace=0.24)
+    each = figure.subplots(rows, columns, squeeze=False).T.ravel()
+    for axes, label in zip(each, labels, strict=False):
+        for k, (source, curves) in enumerate(shown):
+            if label in curves:
+                x, values = curves[label]
+                axes.plot(x, values[0], color=colour(k), lw=1.5, label=source)
+                if len(values) > 1:
+                    ends = np.quantile(values, ENDS, axis=0)
+                    axes.fill_between(x, *ends, color=colour(k), alpha=0.18, lw=0)
+        gridded(axes, REAL if label == NYQUIST else "frequency [Hz]", label)
+        if label == NYQUIST:
+            axes.plot([-1.0], [0.0], "+", color="black", ms=9)
+            axes.set(xlim=(-3.0, 1.0), ylim=(-2.0, 1.0))
+            continue
+        axes.set(xscale="log", yscale="log" if label.startswith(LOGARITHMIC) else "linear")
+        for axis in (axes.xaxis, axes.yaxis):  # powers of ten would be in small letters
+            axis.set_major_formatter("{x:g}")
+        if label in MARKED:
+            axes.axhline(MARKED[label], color="0.3", lw=0.8)
+    for axes in each[len(labels) :]:
+        axes.remove()
+    above(figure, each[0])
     return figure
+
+
+def lag(response: Any) -> Floats:
+    """Return phases (..., frequencies) [deg] without jumps, from -315 to 45 at the lowest one.
+
+    Every integrator adds -90 there. With three of them the phase is -270; if +90 were drawn
+    instead, the phase at the crossover would be a whole turn above the -180 that it is close to.
+    """
+    turned = np.degrees(np.unwrap(np.angle(response)))
+    return np.asarray(turned - 360.0 * np.ceil((turned[..., :1] - 45.0) / 360.0))
 
 
 def _fewer(one: FrequencyResponse) -> FrequencyResponse:
     """Return a response at so few frequencies that a picture can show them all."""
+    if len(one.hertz) <= POINTS:
+        return one
     keep = np.unique(np.geomspace(1, len(one.hertz), POINTS).astype(int)) - 1
-    known = {"hertz", "drive", "coherence", "loop", "compliance"}
-    parts = {
-        name: x[..., keep] for name, x in one._asdict().items() if name in known and x is not None
-    }
-    return one._replace(**parts)
-
-
-def _curve(
-    axes: "Axes", one: FrequencyResponse, values: Floats, shown: Mask, look: Any, band: Any
-) -> None:
-    """Draw values (machines, frequencies) of the nominal machine, and the band of the others."""
-    hertz = one.hertz[shown]
-    axes.plot(hertz, values[0, shown], **look)
-    if len(values) > 1:
-        axes.fill_between(hertz, *np.quantile(values[:, shown], ENDS, axis=0), **band)
+    each = ((name, getattr(one, name)) for name in CURVES)
+    return one._replace(**{name: x[..., keep] for name, x in each if x is not None})

@@ -1,12 +1,13 @@
 """Poles and margins of a linear sampled loop, opened at its command. Never imports JAX."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from scipy.linalg import matrix_balance
 
-from hfc_design.core.numbers import Floats, Mask
+from hfc_design.core.numbers import Floats, Json, Mask
 
 #: Key in ``[constraints]`` -> the number of ``report`` that it limits, whether a larger value is
 #: worse, and the allowed range of the limit.
@@ -97,60 +98,70 @@ class OpenLoop(NamedTuple):
 
 
 class Margins(NamedTuple):
-    """Margins of a loop to self-sustained oscillation; None: no change of that kind causes it.
-
-    Angles are those of ``z = exp(i angle)``: 2 pi times the frequency, per sample.
-    """
+    """Margins of a loop to self-sustained oscillation; None: no change of that kind causes it."""
 
     stable: bool
-    poles: list[complex]  # of the closed loop, the slowest first
     gain_up: float | None  # factor on the loop gain
     gain_down: float | None  # factor below 1
-    phase: float | None  # lag [deg]
-    delay: float | None  # samples
+    phase_deg: float | None  # lag
+    delay_samples: float | None
+    delay_ms: float | None
     sensitivity: float  # largest |1 / (1 + L)|, Ms
-    peak: float  # angle of the largest one
-    closed: float  # largest |L / (1 + L)|, Mt
+    sensitivity_hz: float  # of the largest one
+    closed_loop_peak: float  # largest |L / (1 + L)|, Mt
     disk: float  # of gain and phase together: 2 / largest |(1 - L) / (1 + L)|
-    bandwidth: float | None  # angle at which |L / (1 + L)| first falls to -3 dB
-    crossover: float | None  # largest angle at which |L| is 1
+    crossover_hz: float | None  # highest frequency at which |L| is 1
+    bandwidth_hz: float | None  # at which |L / (1 + L)| first falls to -3 dB
+    slowest_pole: float  # largest magnitude of a closed pole
 
 
-def margins(loop: OpenLoop) -> Margins:
-    """Return the margins of a loop; if it is unstable, factors that make it stable count too."""
+def margins(loop: OpenLoop, every: float) -> Margins:
+    """Return the margins of a loop; if it is unstable, factors that make it stable count too.
+
+    ``every`` is the sample time [s].
+    """
     loop = loop.reduced()
     before, after = loop.poles()
-    after = after[np.argsort(-np.abs(after), kind="stable")]
+    slowest = float(np.abs(after).max(initial=0.0))
     at = loop.sensitivity()
     angles, s = _looked_at(at, np.concatenate([before, after]), _of_a_loop)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        factors, unity, lags = crossings(angles, 1.0 / s - 1.0)
-        (*_, closed), (sizes, skew, _) = _of_a_loop(s)
+    found = sampled_margins(angles, every, s)
+    factors = np.array([found["gain_up"], found["gain_down"]])
     if np.linalg.svd(loop.a - np.eye(len(loop.b)))[1][-1:].sum() > INTEGRATES:
-        factors = np.append(factors, 1.0 / (1.0 - (1.0 / at(np.zeros(1))).real))
+        with np.errstate(divide="ignore"):
+            factors = np.append(factors, 1.0 / (1.0 - (1.0 / at(np.zeros(1))).real))
     factors = factors[(factors > 1.0 / NO_MARGIN) & (factors < NO_MARGIN)]
-    crossed, share = between(closed)
-    peak = int(np.nanargmax(sizes))
-    return Margins(
-        bool(np.abs(after[:1]).sum() < 1.0),
-        after.tolist(),
-        _end(factors[factors > 1.0], np.min),
-        _end(factors[factors < 1.0], np.max),
-        _end(np.degrees(np.minimum(lags, 2.0 * np.pi - lags)), np.min),
-        _end(lags / unity, np.min),
-        float(sizes[peak]),
-        float(angles[peak]),
-        float(np.nanmax(np.abs(1.0 - s))),
-        float(2.0 / np.nanmax(skew)),
-        _end(_place(angles, share)[crossed], np.min),
-        _end(unity, np.max),
-    )
+    found["gain_up"] = factors[factors > 1.0].min(initial=np.inf)
+    found["gain_down"] = factors[factors < 1.0].max(initial=-np.inf)
+    found["delay_ms"] = 1e3 * every * found["delay_samples"]
+    known: Json = {key: float(x) if np.isfinite(x) else None for key, x in found.items()}
+    return Margins(stable=slowest < 1.0, slowest_pole=slowest, **known)
 
 
-def _end(values: Floats, which: Callable[..., Any]) -> float | None:
-    """Return the least or the largest finite value; None if there is none."""
-    values = values[np.isfinite(values)]
-    return float(which(values)) if len(values) else None
+def sampled_margins(angles: Floats, every: float, s: Any, whole: bool = True) -> dict[str, Floats]:
+    """Return margins of loops from their sensitivity ``s`` (..., angles), see ``Margins``.
+
+    nan: there is none between the angles; ``whole``: the last one is pi.
+    """
+    with np.errstate(all="ignore"):
+        factors, unity, lags = crossings(angles, 1.0 / s - 1.0)
+        factors = factors if whole else factors[..., :-1]
+        sizes, closed = np.abs(s), np.abs(1.0 - s)
+        crossed, share = between(np.log(closed / BAND))
+        hertz = angles / (2.0 * np.pi * every)
+        least, most = partial(np.fmin.reduce, axis=-1), partial(np.fmax.reduce, axis=-1)
+        return {
+            "gain_up": least(np.where(factors > 1.0, factors, np.nan)),
+            "gain_down": most(np.where(factors < 1.0, factors, np.nan)),
+            "phase_deg": least(np.degrees(np.minimum(lags, 2.0 * np.pi - lags))),
+            "delay_samples": least(lags / unity),
+            "sensitivity": most(sizes),
+            "sensitivity_hz": hertz[np.where(sizes >= 0.0, sizes, 0.0).argmax(-1)],
+            "closed_loop_peak": most(closed),
+            "disk": 2.0 / most(np.abs(2.0 * s - 1.0)),
+            "crossover_hz": most(unity) / (2.0 * np.pi * every),
+            "bandwidth_hz": least(np.where(crossed, _place(hertz, share), np.nan)),
+        }
 
 
 def crossings(angles: Floats, loop: Floats) -> tuple[Floats, Floats, Floats]:

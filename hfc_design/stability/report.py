@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Json, Parameters, storable
+from hfc_design.core.numbers import Json, Parameters
 from hfc_design.core.records import UserError, option
 from hfc_design.core.tables import MISSING, Table, line, table
-from hfc_design.stability.margins import ASKED, Margins, OpenLoop
+from hfc_design.stability.frequency import BANDS, ENDS, FrequencyResponse, drawn
+from hfc_design.stability.margins import ASKED, OpenLoop
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure  # takes longer than all the rest
@@ -18,8 +19,8 @@ if TYPE_CHECKING:
     from hfc_design.stability.stable_range import StableRange  # with SciPy
     from plants import Drive  # which imports JAX
 
-#: Quantiles of the machines that bound a band.
-BAND = (0.05, 0.95)
+#: Number of frequencies that are drawn.
+FREQUENCIES = 1500
 #: Columns of the table of margins: key of a number -> title with its unit.
 COLUMNS = {
     "gain_down": "gain down",
@@ -51,7 +52,6 @@ SAID = {
     "closed_loop_peak": "largest closed-loop gain Mt {}",
     "compliance": "compliance {}",
 }
-BANDS = "below: between 5 and 95 % of {} other machines"
 #: Shares of the largest K_1 at which K_2 bounds are listed.
 SHARES = (0.1, 0.3, 0.5, 0.7, 0.9)
 #: (K_1, K_2) of rule tables [unit/BLU], by the method that found them.
@@ -140,16 +140,14 @@ class LoopMargins(NamedTuple):
         violations = {}
         for name, limit in limits.items():
             value, where = self.worst.get(name, (None, ""))
-            more, qualifier = ASKED[name][1], "at least "
+            more, least = ASKED[name][1], "at least "
             if value is None and (not more or not where):
                 continue
             if value is None or (value > limit if more else value < limit):
                 actual = SAID[name].format(f"{value:.3g}") if value else "the loop is unstable"
                 at = where if where == "at rest" else f"at {where}"
-                violations[name] = (
-                    value,
-                    f"{actual} {at}, allowed {'' if more else qualifier}{limit:g}",
-                )
+                allowed = f"{'' if more else least}{limit:g}"
+                violations[name] = value, f"{actual} {at}, allowed {allowed}"
         return violations
 
     def numbers(self) -> Json:
@@ -165,35 +163,18 @@ class LoopMargins(NamedTuple):
         return {**summary, "stable": self.stable, "worst": worst, "points": rows}
 
     def figure(self) -> "Figure":
-        """Draw magnitude and phase of the open loops over frequency [Hz], and their sensitivity."""
-        from matplotlib.ticker import NullFormatter
-
-        from hfc_design.plotting.figure import OTHER, OWN, framed, gridded
-
-        figure = framed(6.4, top=0.3)
-        parts = size, phase, peak = figure.subplots(3, sharex=True)
-        angles = np.pi * np.geomspace(1e-4, 1.0, 1500)
-        hertz = angles / (2.0 * np.pi * self.sample_time)
-        drawn = [row for row in self.rows if row.loop is not None]
-        for row, color in zip(drawn, (OWN, OTHER, "0.4", "0.7") * len(drawn), strict=False):
-            assert row.loop is not None
-            response = row.loop.reduced().transfer(angles)
-            size.loglog(hertz, np.abs(response), color=color, lw=1.6, label=row.name)
-            phase.semilogx(hertz, lag(response), color=color, lw=1.6)
-            peak.semilogx(hertz, np.abs(1.0 / (1.0 + response)), color=color, lw=1.6)
-        size.axhline(1.0, color="0.3", lw=0.9)
-        phase.axhline(-180.0, color="0.3", lw=0.9)
-        gridded(size, y="magnitude [1]")
-        gridded(phase, y="phase [deg]")
-        gridded(peak, "frequency [Hz]", "sensitivity [1]")
-        if len(drawn) > 1:
-            size.legend(fontsize=9, frameon=False, ncols=2)
-        for part in parts:
-            part.yaxis.set_label_coords(-0.125, 0.5)
-            for axis in (part.xaxis, part.yaxis):  # powers of ten would be in small letters
-                axis.set_major_formatter("{x:g}")
-                axis.set_minor_formatter(NullFormatter())
-        return figure
+        """Draw the open loops and their sensitivities over frequency."""
+        hertz = np.geomspace(1e-4, 1.0, FREQUENCIES) / (2.0 * self.sample_time)
+        angles, units = 2.0 * np.pi * self.sample_time * hertz, ("", self.units)
+        about = hertz, self.sample_time, None, np.ones(FREQUENCIES), units
+        return drawn(
+            [
+                FrequencyResponse(row.name, *about, row.loop.reduced().transfer(angles)[None])
+                for row in self.rows
+                if row.loop is not None
+            ],
+            columns=1,
+        )
 
     @property
     def about(self) -> str:
@@ -219,39 +200,14 @@ class LoopMargins(NamedTuple):
         return [Table(self.about, head, rows, lines=lines)]
 
 
-def numbers(margins: Margins, every: float, compliance: tuple[float, float]) -> Json:
-    """Return margins for JSON, angles as Hz for a sample time ``every`` [s]; None: unlimited."""
-
-    def hertz(angle: float | None) -> float | None:
-        return None if angle is None else angle / (2.0 * np.pi * every)
-
-    return {
-        "stable": margins.stable,
-        "gain_up": margins.gain_up,
-        "gain_down": margins.gain_down,
-        "phase_deg": margins.phase,
-        "delay_samples": margins.delay,
-        "delay_ms": None if margins.delay is None else 1e3 * every * margins.delay,
-        "sensitivity": margins.sensitivity,
-        "sensitivity_hz": hertz(margins.peak),
-        "closed_loop_peak": margins.closed,
-        "disk": margins.disk,
-        "crossover_hz": hertz(margins.crossover),
-        "bandwidth_hz": hertz(margins.bandwidth),
-        "compliance": storable(compliance[0]),
-        "compliance_static": storable(compliance[1]),
-        "slowest_pole": float(abs(margins.poles[0])) if margins.poles else 0.0,
-    }
-
-
 def band(others: Sequence[Json]) -> dict[str, tuple[float | None, float | None]]:
-    """Return the quantiles ``BAND`` of each number over the stable ones of other machines."""
+    """Return the quantiles ``ENDS`` of each number over the stable ones of other machines."""
     intervals = {}
     for key in others[0] if others else ():
         if key != "stable":
             each = [inf if one[key] is None else one[key] for one in others if one["stable"]]
             if each:
-                ends = np.quantile(each, BAND, method="nearest")
+                ends = np.quantile(each, ENDS, method="nearest")
                 low, high = (float(x) if np.isfinite(x) else None for x in ends)
                 intervals[key] = low, high
     return intervals
@@ -266,16 +222,6 @@ def _value(row: At, key: str, more: bool) -> float:
 
 def _cell(value: float | bool | None) -> str:
     return MISSING if value is None else f"{value:.3g}"
-
-
-def lag(response: Floats) -> Floats:
-    """Return the phase [deg] without jumps, between -315 and 45 at the lowest frequency.
-
-    Every integrator adds -90 there. With three of them the phase is -270; if +90 were drawn
-    instead, the phase at the crossover would be a whole turn above the -180 that it is close to.
-    """
-    turned = np.degrees(np.unwrap(np.angle(response)))
-    return np.asarray(turned - 360.0 * np.ceil((turned[0] - 45.0) / 360.0))
 
 
 class StableGains(NamedTuple):

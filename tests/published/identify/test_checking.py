@@ -37,8 +37,7 @@ class Bench:
         some = Machines(some.nominal, (own, *some.actual[1:]), some.around)
         some = standing(some, self.scenario, self.setup.loop, {"delay_samples": late})
         still, setup = np.zeros(len(self.reference)), self.setup
-        about = (setup.loop, some, setup.gains, setup.point.row, 0)
-        command, place = followed(*about, self.reference - self.reference[0], still)
+        command, place = followed(setup, some, self.reference - self.reference[0], still)
         for k in range(1, count + 1):
             seen = {self.drive.seen[0]: place[:, k] + self.reference[0]}
             signals = (seen, command[:, k], self.reference, still, still, still + 1.0)

@@ -5,10 +5,10 @@ import pytest
 from carts import CART, Cart, cart_fit, driven, forced, noisy, recorded
 from scipy.optimize import minimize_scalar
 
-from hfc_design.identify.advice import LIMIT, profiles
 from hfc_design.identify.fit import by_command
 from hfc_design.identify.identifiability import certainty
 from hfc_design.identify.parameters import free_parameters
+from hfc_design.identify.profiles import LIMIT, profiles
 
 TRUE = Cart(mass=2.6, viscous_friction=6.0, force_gain=1.3, pull=-0.4)
 NOISE = 2e-4  # [m]

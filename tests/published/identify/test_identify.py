@@ -93,6 +93,8 @@ def test_a_move_one_way_tells_what_it_can_beside_what_is_held():
     assert line in told
     assert line in page
     assert "responds the same to a command" in told
+    assert "record next: the motion that hfc experiment scenario.toml makes" in told
+    assert "the motion that hfc experiment scenario.toml makes" in page
     assert "the curve of a parameter given relative to a fixed one is wider" in " ".join(
         page.split()
     )

@@ -165,7 +165,7 @@ def test_margins_see_how_a_loop_crosses_one_beside_a_resonance(degrees, own):
     (before,) = record["resonators"]
     gain = complex(before["in_phase"], before["quadrature"]) * np.exp(1j * np.radians(degrees))
     record |= {"resonators": [one(200.0, gain.real, gain.imag)]}
-    found = margins(simulated_loop(record))
+    found = margins(simulated_loop(record), EVERY)
     lags, waits = [], []
     for way, farthest in ((-1.0, 1.0 - 1e-4), (1.0, 0.57)):  # from next to nothing to half a turn
         angles = 200.0 * EVERY * (1.0 + way * np.geomspace(1e-9, farthest, 200_001))
@@ -176,8 +176,8 @@ def test_margins_see_how_a_loop_crosses_one_beside_a_resonance(degrees, own):
         waits += (np.radians(ahead) / angles[crossed]).tolist()
     assert found.stable
     assert len(lags) == 3
-    assert found.phase == pytest.approx(min(lags), abs=0.1)
-    assert found.delay == pytest.approx(min(waits), rel=0.01)
+    assert found.phase_deg == pytest.approx(min(lags), abs=0.1)
+    assert found.delay_samples == pytest.approx(min(waits), rel=0.01)
 
 
 def test_an_error_within_the_dead_zone_counts_as_0():
