@@ -224,7 +224,7 @@ def fastest_motion(
         np.zeros(len(end) + 1),
         peak,
     )
-    return motion.averaged(2.0 * half) if half else motion
+    return motion.averaged(2.0 * half) if half > 1e-5 else motion  # rounding spoils shorter means
 
 
 def reachable(most: Floats, gain: Floats, held: Floats) -> Floats:
