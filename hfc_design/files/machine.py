@@ -54,10 +54,10 @@ class Axis(NamedTuple):
     @property
     def moved(self) -> MovedAxis:
         """Data of the axis that a program needs."""
-        degrees, rotary = self.drive.degrees, self.drive.millimetres is None
+        degrees, top_speed = self.drive.degrees, self.drive.top_speed(self.parameters)
+        rotary = self.drive.millimetres is None and degrees is not None
         unit = (degrees(self.parameters) if degrees and rotary else self.length) or 0.0
-        rotary = rotary and degrees is not None
-        return MovedAxis(self.name, unit, rotary, self.drive.top_speed(self.parameters) * unit)
+        return MovedAxis(self.name, unit, rotary, top_speed * unit)
 
 
 class PlantSettings(Record):
@@ -200,7 +200,7 @@ class SensorSettings(PerAxisRecord):
 class ShaperSettings(PerAxisRecord):
     """Input shaper: impulses with which references are convolved, so that a mode stays calm."""
 
-    #: from the shortest to the most tolerant, or none
+    #: shaper, from the shortest to the most tolerant
     kind: Literal["none", "zv", "mzv", "zvd", "ei", "2hump_ei", "3hump_ei"] = "none"
     hz: Positive | None = None  # frequency of the mode without damping [Hz]
     damping: Annotated[float, Field(ge=0, le=0.2)] = 0.02  # damping ratio of the mode [1]

@@ -199,8 +199,7 @@ class Bounds(NamedTuple):
 def look_ahead(path: AxisPath, bounds: Bounds, cycle: float) -> Motion:
     """Return the fastest motion from rest to rest with piecewise constant acceleration or jerk.
 
-    With limits of the jerk the way is averaged over so long a time that every axis keeps its own on
-    straight lines. Corners and arcs are passed as without.
+    With limits of the jerk, which hold on straight lines, the way is averaged over some time.
 
     Args:
         path: path of the motion; its feeds are not exceeded.

@@ -213,10 +213,9 @@ def fastest_motion(
     even = np.maximum(room - rise - fall, 0.0) / peak
     wait = rest + np.append(0.0, held[:-1] + held[1:])
     end = np.cumsum(np.stack([wait, up, even, down], axis=1))
-    knots = np.append(0.0, np.cumsum(length))
+    knots, none = np.append(0.0, np.cumsum(length)), np.zeros_like(length)
     waits, begins = knots[:-1] - entry * np.append(0.0, held[:-1]), knots[:-1] + entry * held
     ways = np.stack([waits, begins, begins + rise, knots[1:] - leave * held - fall], axis=1)
-    none = np.zeros_like(length)
     motion = Motion(
         np.append(0.0, end),
         np.append(ways, knots[-1]),
@@ -225,7 +224,7 @@ def fastest_motion(
         np.zeros(len(end) + 1),
         peak,
     )
-    return motion.averaged(2.0 * half) if half else motion
+    return motion.averaged(2.0 * half) if half > 1e-5 else motion  # rounding spoils shorter means
 
 
 def reachable(most: Floats, gain: Floats, held: Floats) -> Floats:

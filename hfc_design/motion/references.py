@@ -130,7 +130,7 @@ class Trapezoidal(Profile):
     distance: Finite  # distance of the move [error]
     velocity: Positive  # largest velocity [error/s]
     acceleration: Positive  # acceleration and deceleration [error/s2]
-    jerk: Positive | None = Field(None, exclude_if=not_)  # largest jerk [error/s3]
+    jerk: Positive | None = Field(None, exclude_if=not_)  # largest jerk [error/s3]; left out: any
 
     @property
     def duration_s(self) -> float:

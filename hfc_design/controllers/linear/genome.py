@@ -32,8 +32,6 @@ ABSENT["cascade"] = ("derivative_hz", "velocity_multiple", "coulomb_multiple")
 #: modes are known, a notch is searched from half the lowest to twice the highest of them.
 FILTERED = {"notch_hz": (0.01, 0.45, 0.1), "lowpass_hz": (0.02, 0.45, 0.3)}
 FILTERED |= {"notch_width": (0.1, 2.0, 0.5), "notch_depth": (0.01, 1.0, 0.5)}
-#: Searched numbers that are keys of a design.
-KEPT = ("derivative_hz", *FILTERED)
 #: Width of the smoothed sign of the speed, in shares of the speed at which the drive slides:
 #: narrowest, start of a search, widest.
 WIDTH = (0.001, 0.01, 0.1)
@@ -156,7 +154,8 @@ class LinearGenome(GainsGenome):
         """Return the record of the kind and its gains, without the sample time."""
         gains = self.gains(individual)
         own = {name: getattr(gains, name) for name in ("kp", "kd")}
-        own |= {key: x for key, x in self.values(individual).items() if key in KEPT}
+        keys = ("derivative_hz", *FILTERED)
+        own |= {key: x for key, x in self.values(individual).items() if key in keys}
         numbers = {name: float(x[0]) for name, x in own.items()}
         return {"kind": self.settings.kind, **numbers, **self.linear_record(gains)}
 

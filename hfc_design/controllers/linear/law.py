@@ -99,8 +99,7 @@ def sample(
 def section(every: float, hz: Scalar, width: Scalar = 2.0**0.5, depth: Scalar = 1.0) -> Floats:
     """Return the numbers (4, n) of a notch of this width and gain at ``hz``, or of a low-pass.
 
-    Both are bilinear transforms of analog filters, exact at ``hz``. Their states are integrals,
-    with which single precision is accurate at any frequency.
+    Bilinear transforms, exact at ``hz``; with integrals as states single precision is enough.
     """
     slope = np.tan(np.pi * every * hz)
     first = 1.0 / (1.0 + slope * (slope + width))

@@ -143,8 +143,8 @@ class FilteredRecord(ControllerRecord):
     notch_hz: Hz = None  # centre of a notch in the command [Hz]; left out: no notch
     #: its width at 3 dB, as a share of notch_hz [1]
     notch_width: Annotated[Positive, Field(exclude_if=(0.5).__eq__)] = 0.5
-    #: gain there [1]
-    notch_depth: Annotated[NotNegative, Field(le=1, exclude_if=(0.1).__eq__)] = 0.1
+    #: gain of the notch at notch_hz [1]
+    notch_depth: Annotated[float, Field(ge=0, le=1, exclude_if=(0.1).__eq__)] = 0.1
     lowpass_hz: Hz = None  # cut-off of a Butterworth low-pass of the command [Hz]; left out: none
 
     @model_validator(mode="after")

@@ -94,6 +94,8 @@ def test_a_short_move_brakes_at_once_and_needs_twice_the_time_for_its_jerk():
     third = np.diff(move.samples(np.arange(-0.1, 1.4, step)).target, 3) / step**3
     assert np.abs(third).max() == pytest.approx(20.0, rel=1e-6)
     assert at(Trapezoidal(distance=0.0, velocity=3.0, acceleration=2.0, jerk=20.0), 1.0) == [0.0]
+    plain = Trapezoidal(distance=-0.5, velocity=3.0, acceleration=2.0, jerk=1e300)
+    assert at(plain, 0.25, 0.75, 1.0) == pytest.approx([-0.0625, -0.4375, -0.5], abs=1e-15)
 
 
 @pytest.fixture
