@@ -47,18 +47,23 @@ def circle(
 ) -> CircleTest:
     """Return the deviations (ISO 230-4) of a circle in a log, or of a design, and their causes.
 
-    The counterpart of ``hfc circle``. A design is simulated in both directions. The result displays
-    itself; ``numbers()`` are those of ``--json``, ``figure(page=True)`` is the page.
+    In a log, of any format that ``hfc identify`` reads, the first full turn of each direction
+    counts, without run-up and feed-out. A design is simulated in both directions on the circle of
+    its scenario. The causes are backlash, reversal spikes, servo mismatch, scale mismatch,
+    squareness, radius, centre offset and vibration.
+
+    The counterpart of ``hfc circle``. The result displays itself; ``numbers()`` are those of
+    ``--json``, ``figure(page=True)`` is the page.
 
     Args:
         of: path of a log, or a design.
         scenario: scenario with a circle; default: the one that the design was made for.
-        columns: columns of a log for x, y, x_reference, y_reference and time, as "x=qm [um]".
+        columns: column of x, y, x_reference, y_reference or time in a log, as in "x=qm [um]".
         radius: nominal radius [mm]; default: that of the reference, else fitted.
         feed: feed [mm/min]; default: by the times.
-        centred: whether F counts from the least-squares centre of each direction.
-        limits: largest "G", "Gb", "F" and "D" [mm].
-        about: lines for the page, as "machine: M 3".
+        centred: count F from the least-squares centre of each direction.
+        limits: largest allowed G, Gb, F or D [mm], as in G=0.02.
+        about: line for the page, as in "machine: VMC 3".
 
     Raises:
         UserError: there is no full turn with enough samples, a column is missing, or a value is

@@ -35,11 +35,14 @@ def frequency(
 ) -> Frequencies:
     """Return frequency responses of logs and of the simulated loops of designs.
 
-    The counterpart of ``hfc frequency``. A log gives the response of the drive from command to
-    position, with its coherence and modes, and the open loop if a signal was added to the command.
-    A design gives the response of its non-linear loop to sines of several amplitudes, on the
-    nominal machine and others. The result displays itself as a table and has ``numbers()``;
-    ``plot`` draws it.
+    A log with the command and the position gives the response of the drive, with its coherence and
+    modes, and the open loop if a signal was added to the command (column "added"). A design gives
+    the response of its non-linear loop to sines of several amplitudes, added to its command while
+    the axis moves, and to the load, on the nominal machine and others. The table has crossover,
+    phase and gain margin, sensitivity, bandwidth and compliance.
+
+    The counterpart of ``hfc frequency``. The result displays itself as a table and has
+    ``numbers()``; ``plot`` draws it.
 
     Args:
         logs_and_designs: paths of logs (files other than .json), and designs.
@@ -47,15 +50,15 @@ def frequency(
         scenario: scenario with machine, sensors and limits; default: that of each design.
         changes: changes to the scenario of the logs, by dotted keys.
         axis: name of the axis; default: the first.
-        columns: assignments of the logs' signals to columns, as in "position=qm [m]".
+        columns: column of a signal of the logs and its unit, as in "position=qm [m]".
         sample_time: sample time of the logs [s], if they do not contain it.
-        speed: of the axis while sines are added [unit of its position per s]; default: the
+        speed: speed of the axis while sines are added [unit of its position per s]; default: the
             highest of the scenario's motions.
-        amplitudes: of the sines on the command [its unit]; default: 1, 3 and 10 % of the largest
-            command. The machines get the middle one, the nominal machine all.
+        amplitudes: amplitude of the sines on the command [its unit], of several the machines get
+            the middle one, the nominal machine all; default: 1, 3 and 10 % of the largest command.
         machines: number of machines within the tolerances of the scenario, beside the nominal one.
         frequencies: number of frequencies, evenly on a logarithmic scale.
-        cycles: whether limit cycles of the designs at rest are predicted and simulated.
+        cycles: predict limit cycles of the designs at rest, and simulate them.
 
     Raises:
         UserError: a log cannot be read, is not coherent or lacks a signal; a design does not exist

@@ -51,14 +51,17 @@ def identify(
 ) -> Identified:
     """Find the parameters with which a simulated machine reproduces a recorded log.
 
-    The counterpart of ``hfc identify``. The plant is simulated under the recorded command from a
-    hundred starts. The result displays itself as a table; its ``numbers()`` are the content of
-    ``identified.json``, its ``for_design()`` is the scenario for a search, and ``plot`` draws the
-    replay beside the log.
+    The plant is simulated under the recorded command from a hundred starts, which takes some
+    seconds to a minute. A folder gets report.html, identified.json, and scenario.toml for a search.
+
+    The counterpart of ``hfc identify``. The result displays itself as a table; its ``numbers()``
+    are the content of ``identified.json``, its ``for_design()`` is the scenario for a search, and
+    ``plot`` draws the replay beside the log.
 
     Args:
-        log: path of the log: CSV with a header, a log of LinuxCNC, .mat up to version 7, .npy or
-            .npz.
+        log: path of the log: CSV with a header, output of LinuxCNC's halscope or halsampler, .mat
+            up to MATLAB 7, .npy or .npz. It needs the position and the command, or, with a
+            controller, the position and the reference.
         plant: name of the plant of the machine; not needed with a scenario or a controller.
         scenario: scenario with the plant, the start values, the sensors and the limits; default:
             the scenario of the controller.
@@ -70,10 +73,11 @@ def identify(
         controller: controller in the loop that recorded the log; its closed loop is replayed too.
         bandwidth: bandwidth of the observer [Hz]; 0 replays in open loop; default: the best of 50,
             20 and 5 Hz.
-        columns: assignments of signals to columns with their units, as in "position=qm [m]".
+        columns: column of a signal, its unit and where it wraps around, as in "position=qm [m]" or
+            "position=phi [deg] mod 720".
         sample_time: sample time of the log [s], if the log does not contain it.
         check_log: path of another log on which the result is checked.
-        check_columns: assignments of the columns of ``check_log`` that differ from ``columns``.
+        check_columns: the same for ``check_log``, where it differs from ``columns``.
         seed: seed of the random starts.
         folder: folder to which page, numbers and scenario are written; default: nothing is written.
         on_step: function called with a line of text at every step.
@@ -116,20 +120,23 @@ def experiment(
 ) -> Experiment:
     """Make the experiment that tells most of a machine's parameters, inside its limits.
 
-    The counterpart of ``hfc experiment``. The experiment is chosen by its Fisher information on
-    some machines within the tolerances of the scenario, and made smaller until it keeps all limits
-    on a thousand of them.
+    Moves to and fro at several speeds and sines are simulated on machines within the tolerances of
+    the scenario. Those that add most Fisher information are taken, and made smaller until no
+    machine of a thousand exceeds a limit. A folder gets a page that says what to connect and to
+    record, and the experiment as CSV, G-code, C array and for HAL.
+
+    The counterpart of ``hfc experiment``.
 
     Args:
         scenario: machine, sensors and tolerances.
         axis: name of the axis; default: the first.
-        parameters: that the experiment is to show; default: all that are not exact or 0.
-        duration: of the experiment [s].
-        travel: from end to end; the default of each limit is the largest of the scenario's motions.
-        speed: largest speed [unit of the position per s].
-        acceleration: largest acceleration of the reference [per s2].
+        parameters: parameters that the experiment is to show; default: all that are not exact or 0.
+        duration: duration of the experiment [s].
+        travel: travel from end to end; default: the largest of the scenario's motions.
+        speed: largest speed [unit of the position per s]; default: that of the motions.
+        acceleration: largest acceleration of the reference [per s2]; default: that of the motions.
         command: largest command [its unit]; default: the limit of the scenario.
-        add: whether a signal may be added to the command, which shows modes better.
+        add: add signals to the command too, which shows modes better.
         controller: design that follows the reference; default: a calm PID with feed-forward.
         changes: changes to the scenario, by dotted keys.
         folder: folder to which page and files are written; default: nothing is written.
@@ -169,8 +176,11 @@ def check(
 ) -> Check:
     """Compare a log of a machine with what its design promised, on machines within the tolerances.
 
-    The counterpart of ``hfc check``. The simulated machines follow the reference of the log. The
-    result has a p-value, and what changed where the log is unlike the machines.
+    The simulated machines follow the reference of the log. The result has a p-value, the numbers
+    of the loop beside those of the machines and, if the log is unlike them, which change explains
+    it best: friction, backlash, delay or another parameter, and by how much.
+
+    The counterpart of ``hfc check``.
 
     Args:
         log: path of the log; it needs reference, position and command.
@@ -178,7 +188,7 @@ def check(
         scenario: machine, sensors and tolerances; default: that the design was made for.
         axis: name of the axis; default: the first.
         machines: number of machines within the tolerances.
-        columns: assignments of signals to columns, as in "position=qm [m]".
+        columns: column of a signal and its unit, as in "position=qm [m]".
         sample_time: sample time of the log [s], if the log does not contain it.
         changes: changes to the scenario, by dotted keys.
 

@@ -25,7 +25,7 @@ from hfc_design.report import REPORT, batch_plots, overlaid, plots, searches
 from hfc_design.report.comparison.page import page
 from hfc_design.report.comparison.plots import machines
 from hfc_design.report.page import design_page
-from hfc_design.report.paper import COLUMN, INCH, KINDS, Paper, millimetres
+from hfc_design.report.paper import INCH, column, for_a_paper
 from hfc_design.runs.run import Result
 from hfc_design.runtime.explain import explained
 from hfc_design.simulation.acceptance import Usable
@@ -214,12 +214,10 @@ def report(
         path: path of the page of a single design; default: NAME.html.
         each: also write the missing pages of the runs below the folder.
         scenario: scenario of a single design; default: the one that the design was made for.
-        figures: "pdf", "svg" or "pgf": write every figure of the page as a file of this kind, to
-            the folder figures of the run or batch, for a single design to NAME-figures beside the
-            page.
+        figures: "pdf", "svg" or "pgf": write every figure as a file of this kind, to the folder
+            figures of the run or batch, for a single design to NAME-figures beside the page.
         width: width of these figures, as in "88mm"; default: 3.5in.
-        latex: write every table of the page in LaTeX, to the folder latex of the run or batch, for
-            a single design to NAME-latex beside the page.
+        latex: write every table in LaTeX, to the folder latex, for a design to NAME-latex.
 
     Returns:
         The path of the page.
@@ -254,33 +252,3 @@ def report(
     if paper:
         paper.write(html)
     return place
-
-
-def for_a_paper(
-    folder: Path, stem: str, figures: str | None, width: str | None, latex: bool
-) -> Paper | None:
-    """Return the settings of figures and tables for a paper, or None if neither is wanted.
-
-    The folders for them are in ``folder``, with names that begin with ``stem``.
-
-    Raises:
-        UserError: the kind of figure or the width is invalid, or a width is given without figures.
-    """
-    if figures is not None and figures not in KINDS:
-        raise UserError(f"figures = {figures!r}: must be one of {', '.join(KINDS)}")
-    if width is not None and figures is None:
-        raise UserError("width: applies to figures, as in figures='pdf'")
-    if figures is None and not latex:
-        return None
-    drawn = folder / f"{stem}figures" if figures else None
-    size = COLUMN if width is None else column(width)
-    return Paper(figures or "", size, drawn, folder / f"{stem}latex" if latex else None)
-
-
-def column(width: str) -> float:
-    """Return a width in millimetres; UserError: the text is not a width."""
-    try:
-        return millimetres(width)
-    except (ValueError, TypeError):
-        rule = "a string with a number and a unit (mm, cm, in, pt), 40 to 400 mm in total"
-        raise UserError(f"width = {width!r}: must be {rule}") from None

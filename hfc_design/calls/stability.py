@@ -27,21 +27,24 @@ def stability(
 ) -> StableGains | LoopMargins:
     """Return the gains that keep the drive K/(s (tau s + 1)) stable, or the margins of a loop.
 
-    The counterpart of ``hfc stability``. Without a design, the result is the range of stable gains
-    of a drive (Jee & Koren 2004, section 3). With a design and parameters of a drive, it also says
-    where the gains of the design's rule table (kind flc, aflc or soflc) are in this range. With a
-    design alone, the result has the margins of the design's loop on its scenario: as simulated,
-    linearised at rest and where each motion is slowest and fastest, for the nominal machine and as
-    a band over other machines; for a rule table on a feed drive it includes the range too. Both
-    kinds of result display themselves as a table and have ``numbers()``; ``plot`` draws them.
+    Without a design, the result is the range of stable gains of a drive (Jee & Koren 2004, section
+    3). With a design and parameters of a drive, it also says where the gains of the design's rule
+    table (kind flc, aflc or soflc) are in this range. With a design alone, the result has gain,
+    phase and delay margin, largest sensitivity, bandwidth and compliance of the design's loop on
+    its scenario: as simulated, linearised at rest and where each motion is slowest and fastest, for
+    the nominal machine and as a band over other machines; for a rule table on a feed drive it
+    includes the range too.
+
+    The counterpart of ``hfc stability``. Both kinds of result display themselves as a table and
+    have ``numbers()``; ``plot`` draws them.
 
     Args:
         design: design whose drive is used unless the parameters below override it; default: the
             drive of Jee & Koren.
         changes: changes to the design, by dotted keys.
-        gain: K [(BLU/s)/unit].
-        time_constant: tau [s].
-        sample_time: T [s].
+        gain: gain K [(BLU/s)/unit]; default: the design's, or 28.3.
+        time_constant: time constant tau [s]; default: the design's, or 0.055.
+        sample_time: sample time T [s]; default: the design's, or 0.01.
         scenario: scenario with the motions and sensors of the loop; default: the one that the
             design was made for.
 
@@ -55,6 +58,8 @@ def stability(
     for key, value in given.items():
         check_positive(key, value)
     if design is None:
+        if changes:
+            raise UserError(f"{option('change', argument='changes')}: needs a design")
         drive = PUBLISHED | given
         return StableGains(stable_range(**drive), {}, drive)
     from hfc_design.files.loop_setup import load_design

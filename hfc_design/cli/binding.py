@@ -30,16 +30,13 @@ class Parameter(NamedTuple):
     make: type[click.Parameter]
     names: tuple[str, ...]  # of an option, as "--to"; (): made from the name of the parameter
     kind: Any  # click's type; None: from the annotation
-    settings: dict[str, Any]  # click's keywords; ``low``: minimum, excluded if ``open``
+    settings: dict[str, Any]  # click's keywords
 
     def of(self, name: str, annotation: Any) -> click.Parameter:
         """Return the click parameter for a function's parameter with this name and annotation."""
         settings = {"expose_value": not name.startswith("_"), **self.settings}
         types = [one for one in get_args(annotation) if one is not type(None)] or [annotation]
         plain = str if annotation == Texts else PATH if types[0] is Path else types[0]
-        if "low" in settings:
-            within = click.IntRange if plain is int else click.FloatRange
-            plain = within(settings.pop("low"), min_open=settings.pop("open", False))
         if plain is bool:
             settings.setdefault("is_flag", True)
         elif "is_flag" not in settings:
@@ -90,8 +87,18 @@ class Answer(NamedTuple):
             click.echo(path)
 
 
-#: Key in ``meta`` of a context, for the flag --json.
-AS_JSON = "hfc.json"
+class Output(NamedOption):
+    """An option for a path that is written, for which its command has --force."""
+
+
+def noted(context: click.Context, option: click.Parameter, value: bool) -> bool:
+    """Store a flag in ``meta`` of the context, as hfc.force; a callback of an option."""
+    return context.meta.setdefault(f"hfc.{option.opts[0][2:]}", value)
+
+
+AS_JSON = option("Print one JSON object.", "--json", is_flag=True, callback=noted)
+#: Eager, because the callbacks of paths read it.
+FORCE = option("Overwrite existing files.", is_flag=True, is_eager=True, callback=noted)
 
 
 def command(
@@ -103,19 +110,25 @@ def command(
     """Return a decorator that makes a command of a function, whose docstring becomes the help.
 
     ``short`` is its line in a list of commands. The ``last`` parameters follow those of the
-    function and are not passed to it. ``settings`` are click's.
+    function and are not passed to it. A command with an output has --force, one that returns an
+    answer --json. ``settings`` are click's.
     """
 
     def bound(function: Callable[..., Answer | None]) -> click.Command:
         def call(**given: Any) -> None:
             if answer := _called(function, given):
-                answer.print(click.get_current_context().meta.get(AS_JSON, False))
+                answer.print(click.get_current_context().meta["hfc.json"])
 
+        own = [*_parameters(function)]
+        if any(isinstance(one, Output) for one in own):
+            own.append(FORCE.of("_force", bool))
+        if function.__annotations__.get("return") is Answer:
+            own.append(AS_JSON.of("_json", bool))
         return Plain(
             name or function.__name__,
             callback=call,
-            params=[*_parameters(function), *last],
-            help=function.__doc__,
+            params=[*own, *last],
+            help=_text(function),
             short_help=short,
             **settings,
         )
@@ -129,6 +142,13 @@ def _parameters(function: Callable[..., Any]) -> Iterator[click.Parameter]:
             yield from _parameters(one.default.make)
         else:
             yield one.default.of(name, one.annotation)
+
+
+def _text(function: Callable[..., Any]) -> str:
+    """Return the docstring of a command, and the texts of functions from which it is made."""
+    defaults = (one.default for one in inspect.signature(function).parameters.values())
+    makers = [one.make.__doc__ or "" for one in defaults if isinstance(one, Together)]
+    return "\n\n".join([inspect.cleandoc(function.__doc__ or ""), *makers]).strip()
 
 
 def _called(function: Callable[..., Any], given: dict[str, Any]) -> Any:

@@ -8,12 +8,11 @@ from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
-
 from hfc_design.cli import options as common
 from hfc_design.cli.binding import Answer, Texts, argument, command, option
+from hfc_design.cli.functions import function
 from hfc_design.cli.names import DESIGN, SCENARIO
-from hfc_design.cli.options import Papers
+from hfc_design.cli.reporting import PAPERS, paper_of
 
 if TYPE_CHECKING:
     from hfc_design.report.paper import Paper
@@ -22,26 +21,9 @@ if TYPE_CHECKING:
 SCENARIO_HELP = (
     "Scenario to compare in; can be given several times [default: the first design's own]."
 )
-SPREAD_HELP = (
-    "Relative spread of machine parameters [default: robust.spread and its tolerances, or 0.2]."
-)
+SPREADS = option(None, "--tolerance", metavar="PARAMETER=SHARE")
 #: Files that ``--out`` writes into its folder.
 PAGE, TABLE, NUMBERS = "report.html", "comparison.csv", "comparison.json"
-
-
-def _shares(context: click.Context, option: click.Parameter, values: Texts) -> dict[str, float]:
-    """Return parameter -> spread from texts as ``backlash=0.5``; BadParameter: another form."""
-    from hfc_design.core.numbers import number_or_none
-
-    shares = {}
-    for value in values:
-        name, _, share = value.partition("=")
-        if (number := number_or_none(share)) is None:
-            raise click.BadParameter(f"{value!r}: must be NAME=SHARE, as in backlash=0.5")
-        if not 0.0 < number < 1.0:
-            raise click.BadParameter(f"{value!r}: must be between 0 and 1")
-        shares[name] = number
-    return shares
 
 
 @command("Compare DESIGNS on the same machines.", last=common.ON_A_PLANT)
@@ -49,47 +31,27 @@ def compare(
     designs: Texts = argument(DESIGN, nargs=-1),
     scenarios: Texts = option(SCENARIO_HELP, "--scenario", kind=SCENARIO),
     changes: Texts = common.SETTING,
-    spread: float | None = option(SPREAD_HELP),
-    tolerances: dict[str, float] = option(
-        "Relative spread of one parameter, as backlash=0.5; can be given several times.",
-        "--tolerance",
-        kind=click.STRING,
-        multiple=True,
-        metavar="PARAMETER=SHARE",
-        callback=_shares,
+    call: "partial[Comparison]" = function(
+        *("simulation.comparison.compare", "designs", "scenarios", "progress"), tolerances=SPREADS
     ),
-    machines: int = option("Number of perturbed machines [default: 200].", low=1, default=200),
-    seed: int = option("Random seed of the machines [default: 0].", low=0, default=0),
     out: Path | None = common.output("Folder for page, CSV and JSON.", folder=True),
     html: Path | None = common.output("Write only the page."),
-    papers: Papers = common.PAPERS,
+    papers: "partial[Paper | None]" = PAPERS,
     plot: Path | None = common.output("Draw the errors on all machines."),
     csv: Path | None = common.output("Write a row for each design, motion and machine."),
-    _force: bool = common.FORCE,
-    _memory: str | None = common.MEMORY,
-    _as_json: bool = common.AS_JSON,
 ) -> Answer:
-    """Compare DESIGNS on the same machines: built-in names, design files, run folders.
-
-    All run in the same scenarios, on the nominal machine and on the same perturbed machines, each
-    physical parameter within --spread of its value, or within its --tolerance. The tables mark the
-    best of each row, and compare the first design with every other machine by machine: median ratio
-    and its interval, on how many machines it is better, and p of Wilcoxon's signed-rank test,
-    corrected by Holm over all comparisons. A design loses on a machine that it does not keep
-    stable. The page shows the motions too.
-    """
+    """Compare DESIGNS on the same machines: built-in names, design files, run folders."""
     from hfc_design.core.console import MachinesBar
+    from hfc_design.core.overrides import set_keys
     from hfc_design.files.design_set import labelled
     from hfc_design.files.named_scenario import load_scenario
     from hfc_design.plotting.files import save
     from hfc_design.report.comparison.plots import machines as machines_drawn
     from hfc_design.report.comparison.tables import tables
-    from hfc_design.simulation.comparison import compare
 
-    if out is not None:
-        paper = papers(out, "")
-    else:
-        paper = papers(*((html.parent, f"{html.stem}-") if html else (Path(), "comparison-")))
+    beside = (html.parent, f"{html.stem}-") if html else (Path(), "comparison-")
+    paper = paper_of(papers, *beside) if out is None else paper_of(papers, out)
+    tolerances = set_keys(call.keywords["tolerances"], "tolerance")
     every = (*common.choosing("plant"), *changes)
     if designs and not scenarios:
         first = next(iter(labelled(designs).values()))
@@ -98,7 +60,7 @@ def compare(
         where = [load_scenario(name, every) for name in scenarios]
     begun = time.monotonic()
     with MachinesBar() as bar:
-        comparison = compare(designs, where, spread, machines, seed, bar.chunk, tolerances)
+        comparison = call(designs, where, progress=bar.chunk, tolerances=tolerances)
     print(f"simulated in {time.monotonic() - begun:.1f} s", file=sys.stderr)
     options = _options(comparison, scenarios, changes)
     again = common.again(["hfc", "compare", *designs], options, comparison.designs.values())

@@ -10,7 +10,7 @@ import click
 from hfc_design.cli import options as common
 from hfc_design.cli.binding import Texts, argument, command, option
 from hfc_design.cli.names import SCENARIO, STRATEGY
-from hfc_design.cli.trading import numbers_of, show_front, trading
+from hfc_design.cli.trading import show_front, trading
 from hfc_design.cli.usage import refusal
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ DEFAULT = "c-axis-practical"
 def design(
     scenario: str | None = argument(SCENARIO, required=False),
     out: Path | None = option("Run folder [default: runs/NAME-N]."),
-    seed: int | None = option("Seed of the search [default: 0].", low=0),
+    seed: int | None = option("Seed of the search [default: 0].", kind=click.IntRange(0)),
     population: int | None = option("Individuals per generation."),
     generations: int | None = option("Generations."),
     preset: str | None = option(PRESET_HELP, kind=STRATEGY),
@@ -38,14 +38,13 @@ def design(
     precision: str | None = option(
         "Floating-point precision of the search.", kind=click.Choice(["float32", "float64"])
     ),
-    polish: int | None = option(POLISH_HELP, metavar="STEPS", low=0),
+    polish: int | None = option(POLISH_HELP, metavar="STEPS", kind=click.IntRange(0)),
     extend: bool | None = option(EXTEND_HELP, "--extend/--no-extend", default=None),
     gains: str | None = option(GAINS_HELP, metavar="NAME=NUMBER,..."),
     changes: Texts = common.SETTING,
     resume: bool = option("Continue the run in --out where it stopped."),
     anyway: bool = option(common.ANYWAY_HELP),
     quiet: bool = option("Show no progress."),
-    _memory: str | None = common.MEMORY,
 ) -> None:
     """Search for a controller for SCENARIO (a built-in name or a TOML file).
 
@@ -114,8 +113,8 @@ def _by_hand(scenario: "Scenario", gains: str) -> "Design":
     from hfc_design.calls.searching import with_gains
     from hfc_design.core.overrides import overridden
 
-    numbers = numbers_of("--gains", gains, "kp=900,ki=40,kd=2")
-    return with_gains(scenario, scenario.controller.kind, overridden({}, numbers, "gains"))
+    numbers = overridden({}, gains.split(","), "gains")
+    return with_gains(scenario, scenario.controller.kind, numbers)
 
 
 def _warn(scenario: "Scenario") -> None:

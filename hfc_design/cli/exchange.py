@@ -8,7 +8,6 @@ import click
 from hfc_design.cli import options as common
 from hfc_design.cli.binding import PATH, Texts, argument, command, option
 from hfc_design.cli.names import DESIGN, FORMAT, PLANT, SCENARIO
-from hfc_design.cli.trading import numbers_of
 from hfc_design.cli.usage import refusal
 
 #: Warning about tabulated terms with large errors.
@@ -30,7 +29,6 @@ def export(
     scenario: str | None = option(ON_HELP, kind=SCENARIO),
     changes: Texts = common.SETTING,
     out: Path | None = common.output("File or folder to write.", folder=True),
-    _force: bool = common.FORCE,
     lookup: int | None = option(
         "Only c: table of N points instead of exp.", kind=click.IntRange(2, 32767)
     ),
@@ -43,6 +41,7 @@ def export(
 ) -> None:
     """Write DESIGN for another program."""
     from hfc_design.controllers.rules import identifier
+    from hfc_design.core.overrides import set_keys
     from hfc_design.core.wording import one_of
     from hfc_design.files.loop_setup import load_design, made_for
     from hfc_design.formats import FORMATS, c_folder, check_score, connecting, with_data
@@ -59,7 +58,7 @@ def export(
     check_score(loaded, anyway)
     if (verdict := origin(loaded).usable) and not verdict.startswith("usable"):
         click.echo(f"hfc: warning: design {loaded.name}: {verdict.replace('**', '')}", err=True)
-    data = numbers_of("--motor", motor, "lead=5,torque=0.14") if motor else None
+    data = set_keys(motor.split(","), "motor") if motor else None
     form = with_data(FORMATS[target], motor=data, old=old)
     name = identifier(loaded.name) if form.called else loaded.name
     path = out or common.free(Path(name + (form.ending or form.suffix or f".{target}")))
@@ -90,6 +89,7 @@ def term_counts(text: str | None) -> tuple[int, int] | None:
     return counts
 
 
+KINDS = click.Choice(["flc", "aflc", "pd+hierarchical-fuzzy"])
 SIGNAL_HELP = "Signal of an input of FILE, as in input1=error, if its name does not tell."
 
 
@@ -97,13 +97,12 @@ SIGNAL_HELP = "Signal of an input of FILE, as in input1=error, if its name does 
 def import_(
     file: Path = argument(PATH),
     out: Path | None = common.output("Design file [default: NAME.json]."),
-    _force: bool = common.FORCE,
     terms: str | None = option(
         "Sample FILE with this number of terms per input, 2 to 11.", metavar="N|NxM"
     ),
     axis: str | None = option("Axis whose learned state FILE is, if there are several."),
     output: str | None = option("Output of FILE to import, if there are several.", metavar="NAME"),
-    kind: str | None = option(None, kind=click.Choice(["flc", "aflc", "pd+hierarchical-fuzzy"])),
+    kind: str | None = option("Kind of the design [default: by the terms of FILE].", kind=KINDS),
     name: str | None = option("Name of the design [default: the file's]."),
     plant: str | None = option("Plant of the design: feed-drive, c-axis or your own.", kind=PLANT),
     sample_time: float | None = option("Sample time T [s] [default: 0.01, of a C-axis 0.001]."),

@@ -2,11 +2,12 @@
 
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from hfc_design.cli import options as common
 from hfc_design.cli.binding import Answer, Texts, argument, command, option
+from hfc_design.cli.functions import drawn, function
 from hfc_design.cli.names import DESIGN, SCENARIO
-from hfc_design.cli.usage import refusal
 
 AT_HELP = "Signals of a sample; repeat it for each following sample; the last is explained."
 
@@ -18,7 +19,6 @@ def explain(
     samples: Texts = option(AT_HELP, "--at", required=True, metavar="SIGNAL=NUMBER,..."),
     axis: str = option("Axis to explain, of a controller with several.", default=""),
     least: float = option("Hide shares below this [default: 0.01].", default=0.01),
-    _as_json: bool = option("Print one JSON object with every rule.", "--json", **common.JSON),
 ) -> Answer:
     """Which rules of DESIGN fire at a sample, how strongly, and how its command is composed.
 
@@ -35,40 +35,15 @@ def explain(
     return Answer(explanation, partial(tables, explanation, least))
 
 
-@command("Gains that keep a drive stable; margins of a loop.", last=common.KNOWING)
+@command(last=common.KNOWING)
 def stability(
-    design: str | None = argument(DESIGN, required=False),
-    others: Texts = common.CHANGING,
-    scenario: str | None = option("Another scenario than DESIGN was made for.", kind=SCENARIO),
-    gain: float | None = option("Gain K [(BLU/s)/unit] [default: the design's, or 28.3]."),
-    time_constant: float | None = option(
-        "Time constant tau [s] [default: the design's, or 0.055]."
+    call: partial[Any] = function(
+        "calls.stability.stability", design=argument(required=False), changes=common.CHANGING
     ),
-    sample_time: float | None = option("Sample time T [s] [default: the design's, or 0.01]."),
     plot: Path | None = common.output("Draw the range (png, svg or pdf)."),
-    _force: bool = common.FORCE,
-    _as_json: bool = common.AS_JSON,
 ) -> Answer:
-    """Gains of a fuzzy controller that keep the drive K/(s (tau s + 1)) stable; margins of a loop.
-
-    Without arguments: the stable range of the drive of Jee & Koren 2004. With a DESIGN of kind flc,
-    aflc or soflc: also the gains of its rule table; if its plant is no feed drive, with --gain and
-    --time-constant. With any DESIGN and no other option: the loop as simulated on its scenario,
-    opened at its command and linearised at rest and at the speeds of its motions. The tables give
-    gain, phase and delay margin, largest sensitivity, bandwidth and compliance, for the nominal
-    machine and as a range over other machines.
-    """
-    from hfc_design.calls import stability as calls
-
-    if design is None and others:
-        raise refusal("--change needs a DESIGN")
-    drive = {"gain": gain, "time_constant": time_constant, "sample_time": sample_time}
-    result = calls.stability(design, others, scenario=scenario, **drive)
-    if plot is not None:
-        from hfc_design.plotting.files import save
-
-        save(result.figure(), plot)
-    return Answer(result.numbers(), result.tables, [plot] if plot else [])
+    """Gains that keep a drive stable; margins of a loop."""
+    return drawn(call(), plot)
 
 
 NEAR_HELP = "Design to rate against the bound [default: that of the run]."
@@ -82,7 +57,6 @@ def attainable(
     name: str = argument(SCENARIO, metavar="SCENARIO"),
     design: str | None = option(NEAR_HELP, kind=DESIGN),
     changes: Texts = common.SETTING,
-    _as_json: bool = common.AS_JSON,
 ) -> Answer:
     """Lower and upper limit of the best sum |e| that any controller can reach in SCENARIO.
 

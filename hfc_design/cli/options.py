@@ -2,22 +2,20 @@
 
 import os
 import shlex
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from os.path import exists, isdir, isfile, realpath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from hfc_design.cli import binding
-from hfc_design.cli.binding import Texts, Together, argument, option
+from hfc_design.cli.binding import Output, Texts, Together, argument, option
 from hfc_design.cli.names import CONTROLLER, DESIGN, FITNESS, PLANT, SCENARIO, STRATEGY
 from hfc_design.cli.usage import refusal
 
 if TYPE_CHECKING:
     from hfc_design.files.design import Design
     from hfc_design.files.scenario import Scenario
-    from hfc_design.report.paper import Paper
 
 
 def free(path: Path, option: str = "--out", folder: bool = False) -> Path:
@@ -42,7 +40,7 @@ def free(path: Path, option: str = "--out", folder: bool = False) -> Path:
 
 
 def output(text: str, folder: bool = False, **others: Any) -> Any:
-    """Return an option for an output path; ``free`` checks it; the command needs ``FORCE`` too.
+    """Return an option for an output path, which ``free`` checks.
 
     The suffix of the path of ``--plot`` is also checked, before anything is simulated.
     """
@@ -54,12 +52,7 @@ def output(text: str, folder: bool = False, **others: Any) -> Any:
             kind_of(path)
         return path and free(path, option.opts[0], folder)
 
-    return option(text, *others.pop("names", ()), callback=checked, **others)
-
-
-def _noted(key: str) -> Callable[[click.Context, click.Parameter, bool], bool]:
-    """Return a callback that stores a flag under ``key`` in the context."""
-    return lambda context, _, value: context.meta.setdefault(key, value)
+    return option(text, callback=checked, **others)._replace(make=Output)
 
 
 def _bounded(_: click.Context, option: click.Parameter, value: str | None) -> None:
@@ -71,12 +64,6 @@ def _bounded(_: click.Context, option: click.Parameter, value: str | None) -> No
         os.environ[memory.VARIABLE] = value
 
 
-#: Eager, because the callbacks of paths read it.
-FORCE = option(
-    "Overwrite existing files.", is_flag=True, is_eager=True, callback=_noted("hfc.force")
-)
-JSON: dict[str, Any] = {"is_flag": True, "callback": _noted(binding.AS_JSON)}
-AS_JSON = option("Print one JSON object.", "--json", **JSON)
 SET_HELP = "Change a value of the scenario by its dotted key, as in simulation.duration_s=5."
 CHANGE_HELP = "Change a value of the design by its dotted key, as in controller.integral_gain=8."
 SCENARIO_HELP = "Scenario to run on [default: the one it was made for]."
@@ -87,6 +74,7 @@ CHANGING = option(CHANGE_HELP, "--change", metavar="KEY=VALUE")
 MEMORY_HELP = "Limit of memory, as in 8GB [default: 80 % of the free memory]."
 #: Option of commands with large memory needs; an environment variable passes it to workers.
 MEMORY = option(MEMORY_HELP, callback=_bounded)
+LIMITED = MEMORY.of("_memory", str)
 #: Help of an option of the commands that search.
 ANYWAY_HELP = "Resume even if version, files or plug-ins have changed; the result may differ."
 USE_HELP = "Load a plug-in that files name, as module:OBJECT; can be given several times."
@@ -132,9 +120,9 @@ def _known(ctx: click.Context, option: click.Parameter, value: str | Texts | Non
 
 #: Options that only load parts which files name; the same, where --plant also selects the plant.
 KNOWING = tuple(plugins(KNOWN))
-ON_A_PLANT = tuple(plugins(KNOWN | {"plant": CHOICES["plant"]}))
+ON_A_PLANT = LIMITED, *plugins(KNOWN | {"plant": CHOICES["plant"]})
 #: Options that select the parts of a scenario.
-CHOOSING = tuple(plugins(CHOICES))
+CHOOSING = LIMITED, *plugins(CHOICES)
 
 
 def named_part(key: str) -> str | None:
@@ -218,54 +206,3 @@ def _on_several(
 #: Parameters of a command on a design and a scenario, and of one on several.
 ON_SCENARIO: Any = Together(_on_one)
 ON_SCENARIOS: Any = Together(_on_several)
-
-#: Kinds of files of figures, as in ``report.paper``, which takes long to import.
-KINDS = "pdf", "svg", "pgf"
-#: Folder and prefix of the output folders -> selection of the parts of a page for a paper.
-Papers = Callable[[Path, str], "Paper | None"]
-
-
-def millimetres_of(_: click.Context, option: click.Parameter, value: str | None) -> float | None:
-    """Return a width in millimetres; a callback of an option; BadParameter: not a width."""
-    if value is None:
-        return None
-    from hfc_design.report.paper import millimetres
-
-    try:
-        return millimetres(value)
-    except ValueError as error:
-        raise click.BadParameter(str(error)) from None
-
-
-def width(text: str) -> Any:
-    """Return an option for a width, whose value is a number of millimetres."""
-    return option(text, kind=click.STRING, callback=millimetres_of, metavar="WIDTH")
-
-
-def _papers(
-    figures: str | None = option(
-        "Also write every figure as a file, sized for a column of a paper.",
-        kind=click.Choice(KINDS),
-    ),
-    width: float | None = width(
-        "Width of these figures, as in 88mm, 3.5in, 252pt [default: 3.5in]."
-    ),
-    latex: bool = option("Also write every table in LaTeX."),
-) -> Papers:
-    if width is not None and figures is None:
-        raise refusal(f"--width: applies to figures; add --figures {'|'.join(KINDS)}")
-
-    def papers(folder: Path, stem: str = "") -> "Paper | None":
-        if figures is None and not latex:
-            return None
-        from hfc_design.report.paper import COLUMN, Paper
-
-        drawn = free(folder / f"{stem}figures", "--figures", folder=True) if figures else None
-        tables = free(folder / f"{stem}latex", "--latex", folder=True) if latex else None
-        return Paper(figures or "", COLUMN if width is None else width, drawn, tables)
-
-    return papers
-
-
-#: Options of a command with ``FORCE`` that select parts of a page for a paper.
-PAPERS: Any = Together(_papers)

@@ -59,9 +59,8 @@ def plot(
     ),
     changes: Texts = common.SETTING,
     motion: str | None = option("Motion, of a scenario with several [default: the first]."),
-    width: float | None = common.width(WIDTH_HELP),
+    width: str | None = option(WIDTH_HELP),
     out: Path = common.output("Picture to write (png, svg or pdf).", required=True),
-    _force: bool = common.FORCE,
     _memory: str | None = common.MEMORY,
 ) -> None:
     """Draw a DESIGN: WHAT is surface, surface-3d, terms, tables or tree.
@@ -79,8 +78,9 @@ def plot(
     from hfc_design.plotting.column import in_column
     from hfc_design.plotting.files import save
     from hfc_design.report.designs import picture
-    from hfc_design.report.paper import INCH
+    from hfc_design.report.paper import INCH, column
 
+    narrow = None if width is None else column(width) / INCH
     _check(names, what)
     if what == CONVERGENCE:
         from hfc_design.batch.findings import convergence
@@ -90,8 +90,8 @@ def plot(
         figure = _motions(names, scenario, changes, motion)
     else:
         figure = picture(load_design(names[0], others), what, unit, axis)
-    if width is not None:
-        in_column(figure, width / INCH)
+    if narrow is not None:
+        in_column(figure, narrow)
     save(figure, out)
     click.echo(out)
 

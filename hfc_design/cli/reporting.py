@@ -1,17 +1,35 @@
 """The command that writes pages: of a run, of several runs, of a single design."""
 
+from functools import partial
 from os.path import exists, isdir
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from hfc_design.cli import options as common
 from hfc_design.cli.binding import PATH, Texts, argument, command, option
+from hfc_design.cli.functions import function
 from hfc_design.cli.names import SCENARIO
-from hfc_design.cli.options import Papers
 from hfc_design.cli.usage import refusal
-from hfc_design.core.console import busy
+
+if TYPE_CHECKING:
+    from hfc_design.report.paper import Paper
+
+#: Options that select the parts of a page for a paper.
+PAPERS = function(
+    *("report.paper.for_a_paper", "folder", "stem"),
+    figures=option(None, kind=click.Choice(("pdf", "svg", "pgf"))),
+)
+
+
+def paper_of(papers: "partial[Paper | None]", folder: Path, stem: str = "") -> "Paper | None":
+    """Return the parts of a page for a paper; UserError: their folders exist without --force."""
+    if paper := papers(folder, stem):
+        for option, path in (("--figures", paper.figures), ("--latex", paper.tables)):
+            if path is not None:
+                common.free(path, option, folder=True)
+    return paper
 
 
 @command("Write the page of a run, of many runs, or of a single DESIGN.", last=common.KNOWING)
@@ -23,8 +41,7 @@ def report(
     each: bool = option("Also write the page of every run that lacks one."),
     parquet: bool = option("Also write runs.parquet (needs pyarrow)."),
     out: Path | None = common.output("Page of a single DESIGN [default: NAME.html]."),
-    papers: Papers = common.PAPERS,
-    _force: bool = common.FORCE,
+    papers: "partial[Paper | None]" = PAPERS,
 ) -> None:
     """Write report.html of a run FOLDER, or of all runs below a FOLDER.
 
@@ -40,6 +57,7 @@ def report(
     and NAME-latex beside the page.
     """
     from hfc_design.core.checkpoint import write_whole
+    from hfc_design.core.console import busy
     from hfc_design.files.design import builtin_designs
     from hfc_design.report.page import design_page
 
@@ -51,12 +69,12 @@ def report(
                 f"--out {out}: applies to a single design; the page of a folder is written "
                 "into the folder"
             )
-        _of_folder(place, each, parquet, papers)
+        _of_folder(place, each, parquet, paper_of(papers, place))
         return
     if each or parquet:
         raise refusal(f"{place}: is a design; --each and --parquet apply to folders of runs")
     path = out or common.free(Path(f"{place.stem}.html"))
-    paper = papers(path.parent, f"{path.stem}-")
+    paper = paper_of(papers, path.parent, f"{path.stem}-")
     chosen = (scenario,) if scenario else ()
     design, (where,), _ = common.loops_of(str(place), others, chosen, changes)
     differs = {"--change": others, "--scenario": chosen, "--set": changes}
@@ -69,21 +87,16 @@ def report(
     click.echo(path)
 
 
-def _of_folder(place: Path, each: bool, parquet: bool, papers: Papers) -> None:
+def _of_folder(place: Path, each: bool, parquet: bool, paper: "Paper | None") -> None:
     """Write the pages of a folder, and print the findings if it has several runs."""
     from hfc_design.batch.report import report
     from hfc_design.batch.summary_text import show_findings
+    from hfc_design.core.console import busy
 
     findings: list[Any] = []
     try:
         with busy("writing the pages"):
-            report(
-                place,
-                each,
-                parquet,
-                lambda *page_findings: findings.append(page_findings),
-                papers(place, ""),
-            )
+            report(place, each, parquet, lambda *found: findings.append(found), paper)
     finally:
         for page_findings in findings:
             show_findings(*page_findings)

@@ -29,7 +29,7 @@ SINGULARS = {
 
 
 @command(name="list", last=common.KNOWING, no_args_is_help=True)
-def list_(what: str = argument(OrElse(LISTED, SINGULARS), metavar="WHAT")) -> Answer:
+def list_(what: str = argument(OrElse(LISTED, SINGULARS), metavar="WHAT")) -> None:
     """What is built in.
 
     WHAT is one of scenarios, designs, plants, controllers, fitnesses, strategies and formats.
@@ -37,8 +37,9 @@ def list_(what: str = argument(OrElse(LISTED, SINGULARS), metavar="WHAT")) -> An
     from hfc_design.cli import show_reference, show_tables
 
     if what == "plants":
-        return Answer(None, show_tables.plants)
-    return show_reference.show(LISTED[what], None)
+        Answer(None, show_tables.plants).print(as_json=False)
+    else:
+        show_reference.show(LISTED[what], None).print(as_json=False)
 
 
 @command(
@@ -49,7 +50,6 @@ def list_(what: str = argument(OrElse(LISTED, SINGULARS), metavar="WHAT")) -> An
 def show(
     kind: str = argument(OrElse(KINDS, PLURALS), metavar="KIND"),
     name: str | None = argument(OF_KIND, required=False),
-    _as_json: bool = common.AS_JSON,
 ) -> Answer:
     """Explain NAME: parameters, units, defaults, allowed values, sources of the equations.
 
@@ -72,7 +72,6 @@ def init(
     plant: str = option(PLANT_HELP, kind=PLANT, default="c-axis"),
     controller: str = option(KIND_HELP, kind=CONTROLLER, default="pd+hierarchical-fuzzy"),
     out: Path | None = common.output("TOML file to write [default: PLANT.toml]."),
-    _force: bool = common.FORCE,
 ) -> None:
     """Write a scenario to start from: a move of a plant, every other key commented out.
 

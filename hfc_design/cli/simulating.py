@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from hfc_design.cli import options as common
-from hfc_design.cli.binding import PATH, Texts, argument, command, option
+from hfc_design.cli.binding import AS_JSON, PATH, Texts, argument, command, option
 from hfc_design.cli.names import DESIGN
 from hfc_design.cli.options import Loops
 from hfc_design.cli.usage import refusal
@@ -24,9 +24,7 @@ def score(
     seed: int | None = option("Random seed [default: 0]."),
     motion: str | None = option("Only this motion of a scenario with several, on all machines."),
     plot: Path | None = common.output("Draw the distributions of the metrics."),
-    _force: bool = common.FORCE,
-    _memory: str | None = common.MEMORY,
-    as_json: bool = common.AS_JSON,
+    as_json: bool = AS_JSON,
 ) -> None:
     """Fitness, merit and metrics of DESIGN (a built-in name, a design file or a run folder).
 
@@ -77,8 +75,6 @@ def simulate(
     plot: Path | None = common.output("Draw it (png, svg or pdf)."),
     learned: Path | None = common.output("Write the design with its learned state."),
     motion: str | None = option("Motion, of a scenario with several [default: the first]."),
-    _force: bool = common.FORCE,
-    _memory: str | None = common.MEMORY,
 ) -> None:
     """Simulate DESIGN and write its trajectory; without --csv, --plot or --learned to stdout.
 
@@ -128,7 +124,6 @@ NETWORK_HELP = (
 def train(
     loops: Loops = common.ON_SCENARIO,
     out: Path | None = common.output("Design file [default: neural-NAME.json]."),
-    _force: bool = common.FORCE,
     start: str | None = option(
         "Neural design to start from [default: random weights].", kind=DESIGN
     ),
@@ -137,7 +132,6 @@ def train(
     training_rate: float | None = option("Learning rate [default: 0.5]."),
     passes: int | None = option("Passes through all samples [default: 1]."),
     network: Texts = option(NETWORK_HELP, metavar="KEY=VALUE"),
-    _memory: str | None = common.MEMORY,
 ) -> None:
     """Train a neural network to imitate DESIGN in the motion of its scenario.
 
@@ -173,7 +167,7 @@ def batch(
     changes: Texts = option(BATCH_SET_HELP, "--set", metavar="KEY=VALUE"),
     dry_run: bool = option("Show the plan and the expected time."),
     status: Path | None = option("Show the state of a batch's cells."),
-    workers: int | None = option("Run this number of cells at once, on this computer.", low=1),
+    workers: int | None = option("Number of cells that run here at once.", kind=click.IntRange(1)),
     scheduler: str | None = option(
         "Run them on the workers of a Dask scheduler.", metavar="ADDRESS"
     ),

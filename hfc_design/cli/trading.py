@@ -87,7 +87,6 @@ def pick(
     nearest: str | None = option(NEAREST_HELP, metavar="NAME=NUMBER,..."),
     knee: bool = option("The point where the front bends most."),
     out: Path | None = common.output("Design file to write."),
-    _force: bool = common.FORCE,
 ) -> None:
     """Write the design of a point of the front of RUN (of hfc design --pareto) to a file.
 
@@ -98,6 +97,7 @@ def pick(
     from hfc_design.cli.scoring import show_usable
     from hfc_design.core.checkpoint import write_whole
     from hfc_design.core.console import show
+    from hfc_design.core.overrides import set_keys
     from hfc_design.core.texts import content
     from hfc_design.formats import FORMATS
     from hfc_design.runs.front import chosen
@@ -125,7 +125,7 @@ def pick(
         return
     if out is None:
         raise refusal("hfc pick needs --out FILE for the design")
-    wanted = None if nearest is None else numbers_of("--nearest", nearest, "chatter=2")
+    wanted = None if nearest is None else set_keys(nearest.split(","), "nearest")
     point = chosen(front, scenario, point, wanted)
     design, evaluation, numbers = picked(scenario, result, point)
     FORMATS["json"].write(design, out)
@@ -133,17 +133,3 @@ def pick(
         show_usable(numbers)
     show(score_table(scenario, {f"point {point + 1}": evaluation}))
     click.echo(f"design {out}")
-
-
-def numbers_of(option: str, text: str, example: str) -> dict[str, float | str]:
-    """Return name -> number, or text with a unit, from NAME=NUMBER,...; UserError: another form."""
-    from hfc_design.core.numbers import number_or_none
-
-    wanted: dict[str, float | str] = {}
-    for pair in text.split(","):
-        name, equals, value = pair.partition("=")
-        if not equals or not value.strip():
-            raise refusal(f"{option} {text}: must be NAME=NUMBER,... as in {example}")
-        number = number_or_none(value)
-        wanted[name.strip()] = value.strip().strip("'\"") if number is None else number
-    return wanted

@@ -156,11 +156,6 @@ def _allowed(kind: Any, typed: str) -> str:
     whole = isinstance(kind, click.types.IntParamType)
     number = "must be a whole number" if whole else "must be a number"
     low, high = getattr(kind, "min", None), getattr(kind, "max", None)
-    if low is not None and high is not None:
-        return f"{number} from {low:g} to {high:g}"
-    if low is not None:
-        more = (
-            f"greater than {low:g}" if getattr(kind, "min_open", False) else f"of at least {low:g}"
-        )
-        return f"{number} {more}"
-    return number if high is None else f"{number} of at most {high:g}"
+    if low is None:
+        return number
+    return f"{number} of at least {low}" if high is None else f"{number} from {low} to {high}"

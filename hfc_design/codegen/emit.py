@@ -10,15 +10,7 @@ from textwrap import wrap
 from typing import Any, Protocol
 
 from hfc_design.codegen.live import LEAVES, counted
-from hfc_design.codegen.nodes import (
-    REAL,
-    WHOLE,
-    Block,
-    Comment,
-    Function,
-    Node,
-    Storage,
-)
+from hfc_design.codegen.nodes import REAL, WHOLE, Block, Comment, Function, Node, Storage
 from hfc_design.codegen.recorder import Recorder
 
 #: Levels of precedence, from the lowest to the highest, and the level of each operation.
@@ -87,12 +79,7 @@ class Printer:
     """Printer of one function: it finds the statements that are needed, and prints them."""
 
     def __init__(
-        self,
-        trace: Recorder,
-        syntax: "Syntax",
-        roots: Iterable[Any],
-        around: Names,
-        *others: Block,
+        self, trace: Recorder, syntax: "Syntax", roots: Iterable[Any], around: Names, *others: Block
     ):
         self.trace, self.syntax = trace, syntax
         self.names = Names((), syntax.fold, around)

@@ -16,16 +16,8 @@ from hfc_design.codegen.nodes import REAL, Array, Node, TraceError, kind_of
 from hfc_design.codegen.recorder import Recorder
 
 #: Operation in JAX -> operation of nodes; first those that have different names.
-OPERATIONS = {
-    "add": "+",
-    "sub": "-",
-    "mul": "*",
-    "div": "/",
-    "lt": "<",
-    "le": "<=",
-    "gt": ">",
-    "ge": ">=",
-}
+OPERATIONS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
+OPERATIONS |= {"lt": "<", "le": "<=", "gt": ">", "ge": ">="}
 OPERATIONS |= {"eq": "==", "ne": "!=", "round": "rint"}
 OPERATIONS |= {
     name: name
@@ -41,12 +33,7 @@ NOTHING = frozenset(
         *("broadcast_in_dim", "reshape", "reduce_precision"),
     )
 )
-INNER = frozenset(
-    (
-        *("pjit", "jit", "closed_call", "custom_jvp_call", "custom_vjp_call", "remat"),
-        "checkpoint",
-    )
-)
+INNER = {"pjit", "jit", "closed_call", "custom_jvp_call", "custom_vjp_call", "remat", "checkpoint"}
 #: Folders of files between JAX and a user's code; their lines are not reported.
 BETWEEN = (*OWN, str(Path(jax.__file__).parent))
 #: Largest number of steps of a loop that is unrolled.

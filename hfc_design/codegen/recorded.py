@@ -88,11 +88,7 @@ class Source(NamedTuple):
 
 
 def of_axis(
-    law: AxisLaw,
-    gains: Gains,
-    reads: list[str],
-    change: float | None,
-    truths: Collection[str] = (),
+    law: AxisLaw, gains: Gains, reads: list[str], change: float | None, truths: Collection[str] = ()
 ) -> Source:
     """Return the source of an axis' law; its limit is a number if flat, else a parameter."""
 

@@ -27,15 +27,7 @@ from hfc_design.codegen.nodes import (
 from hfc_design.codegen.recorder import Recorder
 from hfc_design.codegen.sayings import call_it, first_line, unnamed
 from hfc_design.codegen.simplify import known
-from hfc_design.codegen.values import (
-    begin_of,
-    cost,
-    form_of,
-    given_of,
-    mapped,
-    several,
-    shape_of,
-)
+from hfc_design.codegen.values import begin_of, cost, form_of, given_of, mapped, several, shape_of
 from hfc_design.core.numbers import SCALARS, Xp
 
 #: Largest number of operations of a sum that is written out; longer sums become loops.

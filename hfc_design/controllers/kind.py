@@ -85,6 +85,7 @@ class Target(NamedTuple):
     limits: Limits
     bounds: Any = None  # settings of the strategy, which may bound the searched numbers
     follows_path: bool = True  # True if the machine follows a path in every motion
+    modes: tuple[float, ...] = ()  # known modes that its model lacks [Hz]
 
     def of(self, k: int) -> "Target":
         """Return the target for axis number ``k`` alone."""

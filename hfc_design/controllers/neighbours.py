@@ -53,11 +53,7 @@ def memberships(xp: Xp, terms: Partition, u: Scalar) -> Degrees:
 
 
 def neighbours(
-    xp: Xp,
-    centres: Sequence[Scalar],
-    rights: Sequence[Scalar],
-    lefts: Sequence[Scalar],
-    u: Scalar,
+    xp: Xp, centres: Sequence[Scalar], rights: Sequence[Scalar], lefts: Sequence[Scalar], u: Scalar
 ) -> Neighbours:
     """Return the two terms of a ``Partition`` that may fire at the value ``u``, with degrees."""
     k = sum((u >= centre for centre in centres[1:-1]), 0)

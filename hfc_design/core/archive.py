@@ -4,7 +4,6 @@ The sizes in a file's headers are checked before they are used, so that no file 
 than its length. No content is ever unpickled.
 """
 
-import ast
 import io
 import math
 import warnings
@@ -21,8 +20,8 @@ MOST_MEMBERS = 1000
 #: Types of NumPy that an array may have: bools, numbers of 64 bits or complex ones of 128, texts.
 CODES = "?bBhHiIlLqQefdFDSU"
 SUFFIX = ".npy"
-#: Version of an array's header -> its encoding; length of the longest header [bytes].
-VERSIONS, LONGEST = {b"\1\0": "latin-1", b"\2\0": "latin-1", b"\3\0": "utf-8"}, 10_000
+#: Version of an array's header -> its reader, which limits the length of a header.
+HEADERS = {(1, 0): np.lib.format.read_array_header_1_0}
 
 
 def packed(arrays: Arrays) -> bytes:
@@ -72,38 +71,19 @@ def unpacked(content: bytes) -> Arrays:
 
 
 def array_of(content: bytes) -> np.ndarray:
-    """Return the array in the content of an .npy file, without a copy.
-
-    Raises:
-        ValueError: it is not an array, holds objects, or its length does not fit its header.
-    """
+    """Return the array in an .npy file without a copy; ValueError: it is damaged or has objects."""
+    stream = io.BytesIO(content)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            begin, shape, turned, dtype = _header(content)
+            shape, turned, dtype = HEADERS[np.lib.format.read_magic(stream)](stream)
     except Exception:  # of Python's parser, NumPy and codecs
         raise ValueError("the header of an array is damaged") from None
     if dtype.hasobject:
         raise ValueError("it holds Python objects, which are not read")
-    if (
-        dtype.itemsize == 0
-        or dtype.shape
-        or math.prod(shape) * dtype.itemsize != len(content) - begin
-    ):
+    count, size, begin = math.prod(shape), dtype.itemsize, stream.tell()
+    odd = size == 0 or dtype.shape or min(shape, default=0) < 0
+    if odd or count * size != len(content) - begin:
         raise ValueError("an array's size differs from its header")
-    values = np.frombuffer(content, dtype, offset=begin) if math.prod(shape) else np.zeros(0, dtype)
+    values = np.frombuffer(content, dtype, offset=begin) if count else np.zeros(0, dtype)
     return values.reshape(shape, order="F" if turned else "C")
-
-
-def _header(content: bytes) -> tuple[int, tuple[int, ...], bool, np.dtype]:
-    """Return start of the data, shape, whether the first index runs fastest, type; ValueError."""
-    version, width = content[6:8], 2 if content[6] == 1 else 4
-    begin = 8 + width + int.from_bytes(content[8 : 8 + width], "little")
-    if content[:6] != b"\x93NUMPY" or version not in VERSIONS or begin > LONGEST:
-        raise ValueError
-    header = ast.literal_eval(content[8 + width : begin].decode(VERSIONS[version]))
-    shape, turned, dtype = header["shape"], header["fortran_order"], header["descr"]
-    sizes = type(shape) is tuple and all(type(size) is int and size >= 0 for size in shape)
-    if not sizes or type(turned) is not bool or len(header) != 3:
-        raise ValueError
-    return begin, shape, turned, np.lib.format.descr_to_dtype(dtype)

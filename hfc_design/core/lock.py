@@ -125,18 +125,13 @@ def in_use(folder: Path) -> bool:
 
 
 def check(path: Path) -> None:
-    """Refuse to write a file into a folder whose lock this process has lost.
-
-    Raises:
-        Overtaken: the lock is lost.
-    """
+    """Check that the lock of the folder of ``path`` is not lost; Overtaken: it is."""
     place = Path(os.path.realpath(path.parent) if _held else "", path.name)
     for lock, folder, descriptor in tuple(_held):
         if folder in place.parents and not _lies_at(lock, descriptor):
-            raise Overtaken(
-                f"{path.parent} was taken over by {_holder(lock)}, as this process was "
-                f"silent for more than {stale_after():g} s; {path.name} was not written"
-            )
+            silent = f"as this process was silent for more than {stale_after():g} s"
+            taken = f"{path.parent} was taken over by {_holder(lock)}, {silent}"
+            raise Overtaken(f"{taken}; {path.name} was not written")
 
 
 def stale_after() -> float:

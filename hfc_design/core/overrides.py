@@ -12,9 +12,10 @@ from hfc_design.core.texts import DEEPEST, plain_fault, toml_of
 Changes = Iterable[str] | Mapping[str, Plain]
 #: Keys that name a file.
 FILES = ("file", "start")
-#: Option for changes (of a scenario, a design, a network) -> example.
+#: Option for changes (of a scenario, a design, a network) or other named values -> example.
 EXAMPLES = {"set": "simulation.duration_s=5", "change": "controller.integral_gain=8"}
-EXAMPLES |= {"network": "momentum=0.9", "limit": "G=0.02"}
+EXAMPLES |= {"gains": "kp=900", "motor": "lead=5", "nearest": "chatter=2"}
+EXAMPLES |= {"network": "momentum=0.9", "limit": "G=0.02", "tolerance": "backlash=0.5"}
 
 
 def set_keys(changes: Iterable[str], by: str) -> Json:

@@ -52,16 +52,18 @@ def _quantity(text: str, millimetres: float | None) -> Any:
     if not match or not math.isfinite(float(match[1])):
         raise ValueError(f"{text[:40]!r} must be a number with a unit, as in '20 urad'")
     try:
-        return _units(millimetres).Quantity(float(match[1]), match[2])
+        return registry(millimetres).Quantity(float(match[1]), match[2])
     except (pint.PintError, AttributeError, TypeError, ValueError):
         raise ValueError(f"{text[:40]!r}: unknown unit {match[2]}") from None
 
 
 @cache
-def _units(millimetres: float | None) -> Any:
+def registry(millimetres: float | None = None) -> Any:
+    """Return the known units; "BLU" is ``millimetres`` long."""
     import pint
 
     units: Any = pint.UnitRegistry(cache_folder=None)
+    units.define("@alias turn = rev")
     units.define("unit = [converter]")  # step of a converter: some drives count commands in it
     units.define("BLU = [counter]" if millimetres is None else f"BLU = {millimetres!r} mm")
     return units

@@ -69,10 +69,8 @@ def decoded(data: bytes, encoding: str = "utf-8", errors: str = "strict") -> str
             if data.startswith(start):
                 raise ValueError(f"cannot be read: it is packed by {packer}; unpack it") from None
         if errors == "strict":
-            raise ValueError(
-                "cannot be read: it is not UTF-8 text; save it in that encoding, or "
-                "convert it: iconv -f cp1252 -t utf-8"
-            ) from None
+            advice = "save it in that encoding, or convert it: iconv -f cp1252 -t utf-8"
+            raise ValueError(f"cannot be read: it is not UTF-8 text; {advice}") from None
     return io.TextIOWrapper(io.BytesIO(data), encoding, errors).read()
 
 
@@ -148,9 +146,8 @@ def plain_fault(value: Plain, finite: bool = False) -> str | None:
                 try:
                     item.encode()
                 except UnicodeEncodeError:
-                    return (
-                        "a string holds half a character (a surrogate), which UTF-8 cannot encode"
-                    )
+                    half = "half a character (a surrogate), which UTF-8 cannot encode"
+                    return f"a string holds {half}"
             elif isinstance(item, int) and item.bit_length() > 1023:
                 return "an integer is larger than any float"
             elif finite and isinstance(item, float) and not isfinite(item):

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from operator import not_
-from typing import Any, Literal, NamedTuple, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import (
     Field,
@@ -14,13 +14,15 @@ from pydantic import (
 )
 
 from hfc_design.core import devices
-from hfc_design.core.numbers import Json, Parameters
+from hfc_design.core.numbers import Floats, Json, Parameters
 from hfc_design.core.plugins import Group
 from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record
 from hfc_design.core.validation_errors import MOST, with_lines
 from hfc_design.core.wording import one_of
 from hfc_design.files.design import PerAxisRecord
 from hfc_design.motion.limits import MovedAxis
+from hfc_design.motion.samples import Simulation
+from hfc_design.motion.shapers import impulses
 from plants import PLANTS, Drive, Machine, machine_of, plant_fault, side_by_side
 
 devices.configure()  # before anybody computes with a drive
@@ -52,13 +54,9 @@ class Axis(NamedTuple):
     @property
     def moved(self) -> MovedAxis:
         """Data of the axis that a program needs."""
-        unit_size, rotary = (
-            self.length,
-            self.drive.millimetres is None and self.drive.degrees is not None,
-        )
-        if self.drive.degrees is not None and rotary:
-            unit_size = self.drive.degrees(self.parameters)
-        unit = unit_size or 0.0
+        degrees, rotary = self.drive.degrees, self.drive.millimetres is None
+        unit = (degrees(self.parameters) if degrees and rotary else self.length) or 0.0
+        rotary = rotary and degrees is not None
         return MovedAxis(self.name, unit, rotary, self.drive.top_speed(self.parameters) * unit)
 
 
@@ -197,6 +195,25 @@ class SensorSettings(PerAxisRecord):
             setting = f"difference_samples = {self.difference_samples}"
             raise ValueError(f"{setting}: needs velocity = 'encoder', not {self.velocity!r}")
         return self
+
+
+class ShaperSettings(PerAxisRecord):
+    """Input shaper: impulses with which references are convolved, so that a mode stays calm."""
+
+    #: from the shortest to the most tolerant, or none
+    kind: Literal["none", "zv", "mzv", "zvd", "ei", "2hump_ei", "3hump_ei"] = "none"
+    hz: Positive | None = None  # frequency of the mode without damping [Hz]
+    damping: Annotated[float, Field(ge=0, le=0.2)] = 0.02  # damping ratio of the mode [1]
+
+    def impulses(self, simulation: Simulation) -> Floats:
+        """Return sizes and delays [s] of the impulses; ValueError: they do not fit the motion."""
+        half, got = 0.5 / simulation.sample_time_s, f"(got {self.hz or 'none'})"
+        if self.kind != "none" and not (self.hz and self.hz < half):
+            raise ValueError(f"shaper.hz: must be below {half:g} Hz, half the sampling rate {got}")
+        shaper = impulses(self.kind, self.hz or 1.0, self.damping)
+        if shaper[1, -1] >= simulation.duration_s:
+            raise ValueError(f"shaper.hz: its shaper must be shorter than the motion {got}")
+        return shaper
 
 
 def feedback_fault(drive: Drive, encoder: str | None) -> str | None:

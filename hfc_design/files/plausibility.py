@@ -13,8 +13,7 @@ from hfc_design.files.feasibility import reference_of
 from hfc_design.files.motions import LEAST_STEPS
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.gcode import notes, text_of
-from hfc_design.motion.references import Trapezoidal
-from hfc_design.motion.trajectories import GCode, Trajectory
+from hfc_design.motion.trajectories import GCode
 from hfc_design.objectives.tolerances import TolerancesSettings, tolerated
 from hfc_design.objectives.unsettled import SWING
 
@@ -88,21 +87,14 @@ def _timed(motion: Scenario) -> Iterator[str]:
             f"fitness.settled_after_s = {after:g} [s]: the motion ends before, after "
             f"{ends:g} s; all of it counts as settled"
         )
-    takes = path.duration_s if path is not None else _longest(motion)
+    each = [path] if path else [reference_of(motion.reference, axis) for axis, _ in _axes(motion)]
+    takes = max(getattr(one, "duration_s", 0.0) for one in each)
     if takes > LONGER * ends:
         yield (
             f"the simulation ends after {ends:g} s of a "
             f"{'move' if path is None else 'path'} of {takes:.4g} s; what follows is not "
             "in these numbers"
         )
-
-
-def _longest(motion: Scenario) -> float:
-    """Return the longest duration of the moves from rest to rest [s]; 0 if there are none."""
-    if isinstance(motion.reference, Trajectory):
-        return 0.0
-    each = [reference_of(motion.reference, axis) for axis, _ in _axes(motion)]
-    return max((one.takes for one in each if isinstance(one, Trapezoidal)), default=0.0)
 
 
 def _coarse(motion: Scenario) -> Iterator[str]:

@@ -20,6 +20,7 @@ from hfc_design.files.feasibility import check_feasible, motion_of, reference_of
 from hfc_design.files.machine import (
     PlantSettings,
     SensorSettings,
+    ShaperSettings,
     check_axes,
     feedback_fault,
     reading_fault,
@@ -32,6 +33,7 @@ from hfc_design.motion.program import Program
 from hfc_design.motion.references import Load, Ramp
 from hfc_design.motion.reversals import turned_back
 from hfc_design.motion.samples import Samples, Simulation
+from hfc_design.motion.shapers import shaped
 from hfc_design.motion.trajectories import Trajectory
 from hfc_design.objectives.constraints import Constraints, constraints_on
 from hfc_design.objectives.judge import FitnessSettings, Judge, judge, objective_of
@@ -69,6 +71,8 @@ class Scenario(Record, metaclass=Asked):
     plant: PlantSettings = PlantSettings()  # the machine
     simulation: Simulation = Simulation()  # duration and step sizes
     reference: AnyReference = Ramp()  # motion that the machine must follow
+    #: input shaper of the references; left out: none
+    shaper: ShaperSettings = Field(ShaperSettings(), exclude_if=ShaperSettings().__eq__)
     load: Load = Load()  # load against the motion
     #: initial state by state names, with several axes a table for each [of the state]; left out: at
     #: rest at 0
@@ -258,7 +262,8 @@ class Scenario(Record, metaclass=Asked):
         machine, every = self.machine, self.simulation.sample_time_s
         limits = self.limits.commands(machine.axes)
         path = all(motion.follows_path for motion in self.each_motion())
-        return Target(machine, self.plant.values(), every, limits, self.search, path)
+        modes = tuple(one.hz for one in self.stress.modes)
+        return Target(machine, self.plant.values(), every, limits, self.search, path, modes)
 
     def _has_windows(self) -> None:
         names = [window.name for window in self.windows]
@@ -274,13 +279,14 @@ class Scenario(Record, metaclass=Asked):
 
     def _speaks_of_its_axes(self) -> None:
         axes = self.plant.machine.axes
-        for key in ("limits", "sensors", "load"):
+        for key in ("limits", "sensors", "load", "shaper"):
             check_axes(f"{key}.axes", getattr(self, key).axes, axes)
         for one in self.plant.each():
             if fault := feedback_fault(one.drive, self.sensors.of(one.name).feedback):
                 raise ValueError(f"sensors.{fault}")
             if fault := reading_fault(one.drive, self.sensors.of(one.name).readings):
                 raise ValueError(f"sensors.readings.{fault}")
+            self.shaper.of(one.name).impulses(self.simulation)
 
     @property
     def follows_path(self) -> bool:
@@ -356,6 +362,8 @@ class Scenario(Record, metaclass=Asked):
             references, frame = path.axis_samples(time)
         else:
             references, frame = path.axis_samples(time, each[0].length)
+        shapers = [self.shaper.of(axis.name).impulses(self.simulation) for axis in each]
+        references, frame = shaped(references, frame, time, shapers)
         noises = [
             self.sensors.of(axis.name).noise
             * generator.standard_normal((len(axis.drive.encoders), len(time)))
@@ -377,7 +385,7 @@ class Scenario(Record, metaclass=Asked):
                 ends = turned_back(motion.target)
             axis_signals |= dict(zip(("end", "heading"), ends, strict=True))
             axes.append(
-                motion._replace(reference=axis.drive.commanded(motion.target), **axis_signals)
+                motion._replace(reference=axis.drive.commanded(motion.reference), **axis_signals)
             )
         start = started(self.plant.machine, self.start, places)
         rest = (settled, self.simulation.sample_time_s, time, late_samples(time), start)

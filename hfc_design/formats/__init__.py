@@ -38,14 +38,9 @@ def with_data(form: Format, **given: Any) -> Format:
 
 
 def check_score(design: Design, anyway: bool) -> None:
-    """Check a design before its export.
-
-    Raises:
-        UserError: it diverged when it was scored, and ``anyway`` is false.
-    """
+    """Check a design before its export; UserError: it diverged when scored, and not ``anyway``."""
     if design.failed and not anyway:
         where = design.score.get("scenario", "its scenario")
-        raise UserError(
-            f"design {design.name}: diverged on {where} when it was scored; to export it "
-            f"nevertheless add {option('anyway', True)}"
-        )
+        fault = f"diverged on {where} when it was scored"
+        advice = f"to export it nevertheless add {option('anyway', True)}"
+        raise UserError(f"design {design.name}: {fault}; {advice}")

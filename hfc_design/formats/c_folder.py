@@ -18,11 +18,7 @@ COARSE = 0.01
 
 
 def folder(design: Design) -> Content:
-    """Return the folder of a design: C sources, README page, test vectors, and ``make check``.
-
-    Raises:
-        UserError: the kind has no C code, or a name or a number is not allowed in C.
-    """
+    """Return sources, README page, vectors and ``make check``; UserError: see ``code.sources``."""
     return with_check(design, code.sources(design))
 
 

@@ -58,19 +58,12 @@ def sources(
     reserved = [*writing.RESERVED["c"], *writing.RESERVED["c-library"]]
     reserved += [f"{name}_{public}" for public in PUBLIC]
     reserved += OF_MACHINES if axes else ()
-    values = {
-        "name": name,
-        "head": writing.head(design, notes),
-        "signals": names,
-        "meanings": dict(zip(meanings, writing.comment(meanings.values()), strict=True)),
-        "command_unit": writing.signal_units(design).get("command", "unit"),
-        "only_double": only_double(numbers, widths),
-        "saved": saving.learning(design),
-        "law": program(recorded_law(design, law), reserved, places if axes else {}),
-        "axes": axes,
-        "path": of_path(design),
-        "connection": design.connected,
-    }
+    values: Json = {"name": name, "head": writing.head(design, notes), "signals": names}
+    values |= {"axes": axes, "path": of_path(design), "connection": design.connected}
+    values |= {"only_double": only_double(numbers, widths), "saved": saving.learning(design)}
+    values["meanings"] = dict(zip(meanings, writing.comment(meanings.values()), strict=True))
+    values["command_unit"] = writing.signal_units(design).get("command", "unit")
+    values["law"] = program(recorded_law(design, law), reserved, places if axes else {})
     if axes:
         values["limit"] = any(design.limits.commands(whole).values())
         values["change"] = any(design.changes(whole).values())
@@ -144,12 +137,17 @@ def flat(design: Design) -> Flat:
         units, meanings_of = each.get(axis) or each[""]
         inputs |= {f"{head}{x}": units.get(x, "") for x in read}
         meanings |= {f"{head}{x}": meanings_of[x] for x in (*read, "command") if x in meanings_of}
-    place = (each.get(axes[0]) or each[""])[0].get("error", "")
-    of_units = dict(zip(PATH, ("1", "1", place and f"1/{place}", place), strict=True))
-    inputs |= {name: of_units[name] for name in of_path(design)}
-    meanings |= dict(zip(PATH, OF_PATH, strict=True))
+    for name, (of, what) in path_inputs(design).items():
+        inputs[name], meanings[name] = of, what
     truths = [f"{head}{name}" for head in heads for name in truths]
     return Flat(inputs, [f"{head}command" for head in heads], unit, meanings, truths)
+
+
+def path_inputs(design: Design) -> dict[str, tuple[str, str]]:
+    """Return unit and meaning of each path value that the controller of a machine reads."""
+    place = next(iter(writing.each_axis(design).values()))[0].get("error", "")
+    units = ("1", "1", place and f"1/{place}", place)
+    return dict(zip(of_path(design), zip(units, OF_PATH, strict=True), strict=False))
 
 
 def checked_numbers(design: Design) -> list[tuple[str, float]]:

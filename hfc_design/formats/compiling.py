@@ -59,11 +59,7 @@ def note() -> str:
 
 
 def shared_library(sources: Mapping[str, str], name: str, where: Platform = LINUX) -> bytes:
-    """Return a shared library of all ``.c`` files in ``sources``, for one of ``compilers()``.
-
-    Raises:
-        RunError: the compiler cannot run, takes too long, or refuses the sources.
-    """
+    """Return a library of the ``.c`` files by one of ``compilers()``; RunError: it cannot be."""
     fault = f"cannot compile an FMU for {where.fmi3}"
     with TemporaryDirectory() as folder:
         for file, text in sources.items():

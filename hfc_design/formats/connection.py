@@ -132,10 +132,8 @@ def _connected(
     controller = None
     if whole:
         limits = design.limits.commands(whole)
-        inner = design.kind.controller_of(design.controller, limits)
-        controller = ConnectedMachine(
-            inner, each, tuple(limits.values()), every, begins, local_error
-        )
+        law, largest = design.kind.controller_of(design.controller, limits), tuple(limits.values())
+        controller = ConnectedMachine(law, each, largest, every, begins, local_error)
     pairs = [*zip(axes, each, strict=True)]
     fed = {axis.name: one.sensing.position for axis, one in pairs}
     steps = {axis.name: _steps(axis, one.sensing) for axis, one in pairs}
@@ -148,10 +146,8 @@ def _connected(
     meanings: dict[str, str] = {}
     for known, means in known_signals.values():  # a unit is "" if it differs between axes
         meanings |= means
-        known_of_axis = {name: known[name] for name in names if name in known}
-        units |= {
-            name: unit * (units.get(name, unit) == unit) for name, unit in known_of_axis.items()
-        }
+        own = {name: known[name] for name in names if name in known}
+        units |= {name: unit * (units.get(name, unit) == unit) for name, unit in own.items()}
     return Connected(units, meanings, around, controller, known_signals, fed, steps)
 
 
@@ -191,10 +187,7 @@ def _connection(
     every = design.controller.sample_time_s
     position, velocity = drive.seen
     readings = wanted.readings
-    apart = {
-        name: readings[name].resolution if name in readings else 0.0
-        for name in measured_apart(drive)
-    }
+    apart = {x: readings[x].resolution if x in readings else 0.0 for x in measured_apart(drive)}
 
     def of_state(read: dict[str, Scalar]) -> dict[str, Scalar]:
         return {name: read[name] for name in record._fields}

@@ -96,35 +96,30 @@ def companion_files(design: Design) -> Json:
         about = about | {"largest_command": design.limits.command}
     if (change := design.changes([design.axis])[design.axis]) is not None:
         about = about | {"largest_change": change}
-    return {
-        "facts": writing.facts(design),
-        "sample_time_s": design.controller.sample_time_s,
-        "command_unit": units.get("command", ""),
-        **about,
-    }
+    head = {"facts": writing.facts(design), "sample_time_s": design.controller.sample_time_s}
+    return {**head, "command_unit": units.get("command", ""), **about}
 
 
 def inputs(units: list[RuleUnit]) -> dict[str, tuple[Input, Input]]:
     """Return name of a unit -> its row input and its column input."""
     tables = {unit.name: unit.table for unit in units}
     return {
-        unit.name: (
-            _input(unit, unit.row, unit.row_terms, tables.get(unit.row)),
-            _input(unit, unit.column, unit.column_terms, tables.get(unit.column)),
-        )
-        for unit in units
+        x.name: (_input(x, x.row, x.row_terms, tables), _input(x, x.column, x.column_terms, tables))
+        for x in units
     }
 
 
-def _input(unit: RuleUnit, name: str, terms: tuple[Term, ...], source: RuleTable | None) -> Input:
+def _input(
+    unit: RuleUnit, name: str, terms: tuple[Term, ...], tables: dict[str, RuleTable]
+) -> Input:
     triangles = [term[1:] for term in terms if isinstance(term, Triangle)]
     if triangles:
         centres = triangles[0][1], triangles[-1][1]
         ends = _represented(unit, name, centres) or range_of(triangles)
         return Input(name, terms, *ends, clamped=False)
-    if source is None:
+    if name not in tables:
         return Input(name, terms, -1.0, 1.0, clamped=True)
-    lowest, highest = spread(source)
+    lowest, highest = spread(tables[name])
     return Input(name, terms, min(lowest, -1.0), max(highest, 1.0), clamped=False)
 
 

@@ -89,56 +89,28 @@ def _values(design: Design) -> Json:
     drive = _followed(design, axis.drive)
     every = design.controller.sample_time_s
     if not 1e-6 <= every <= 1.0:
-        message = (
-            f"controller.sample_time_s = {every}: must be 1e-6 to 1, the period of a HAL thread"
-        )
-        raise UserError(f"design {design.name}: {message}")
-    return _signals(design, drive) | {
-        "component": component_name(design),
-        "controller": code.c_name(design),
-        "coefficients": plant_code.coefficients(drive.coefficients(drive.parameters())),  # nominal
-        "nanoseconds": round(every * 1e9),
-        "turn": max((one.sensors.turn for one in scene(design, ()).each), default=0.0),
-        "saved": (saved := saving.learning(design)),
-        "digits": len(str(saved.learnt - 1)) if saved else 0,
-        "plant": f"hfc_{identifier(drive.name)}",
-        "plant_name": drive.name,
-        "command_unit": drive.units["command"],
-        "load_unit": drive.units["load"],
-        "millimetres": axis.length,
-        **_plant(drive),
-    }
+        allowed = "must be 1e-6 to 1, the period of a HAL thread"
+        raise UserError(f"design {design.name}: controller.sample_time_s = {every}: {allowed}")
+    values: Json = {"component": component_name(design), "controller": code.c_name(design)}
+    values |= {"nanoseconds": round(every * 1e9), "saved": (saved := saving.learning(design))}
+    values["digits"] = len(str(saved.learnt - 1)) if saved else 0
+    values["turn"] = max((one.sensors.turn for one in scene(design, ()).each), default=0.0)
+    values |= {"plant": f"hfc_{identifier(drive.name)}", "plant_code": plant_code.name_of(drive)}
+    values |= {"drive": drive, "millimetres": axis.length, "counts": plant_code.counts(drive)}
+    values["coefficients"] = plant_code.coefficients(drive.coefficients(drive.parameters()))
+    values["states"] = states = plant_code.state_units(drive)
+    values["told"] = [name for name in plant_code.signals(drive) if name not in states]
+    return values | _signals(design, drive)
 
 
 def _followed(design: Design, drive: Drive) -> Drive:
-    """Return the drive with feedback from the encoder that the design's scenario names.
-
-    Raises:
-        UserError: the scenario feeds back different encoders on different axes.
-    """
+    """Return the drive with the encoder of the design's scenario; UserError: axes have others."""
     encoders = sorted({one.position for one in scene(design, ()).each} or {drive.position})
     if len(encoders) > 1:
         message = f"sensors.feedback must be one encoder for all axes (got {', '.join(encoders)})"
-        raise UserError(
-            f"design {design.name}: {message}; with limits.axes each axis gets a component"
-        )
+        each = "with limits.axes each axis gets a component"
+        raise UserError(f"design {design.name}: {message}; {each}")
     return drive if encoders == [drive.position] else fed_back(drive, encoders[0])
-
-
-def _plant(drive: Drive) -> Json:
-    """Return template values of the component of the plant, with the pin of the true position."""
-    states, counts = plant_code.state_units(drive), plant_code.counts(drive)
-    others = [name for name in plant_code.signals(drive) if name not in states]
-    return {
-        "drive": drive,
-        "plant_code": plant_code.name_of(drive),
-        "plant_what": f"the drive {drive.name}",
-        "plant_states": states,
-        "plant_told": {name: drive.units[name] for name in others},
-        "plant_position": drive.position,
-        "plant_counts": counts,
-        "true_position": "true_position" if counts else drive.position,
-    }
 
 
 def _signals(design: Design, plant: Drive) -> Json:
@@ -191,7 +163,7 @@ def _simulated_loop(design: Design) -> tuple[Json, str]:
     if not design.connected:
         check_drives(design, scenario)
     ahead = ACCELERATION in code.signals(design)
-    columns, axes = [], {}
+    columns, axes = [], {}  # prefix of names in HAL -> parameters and limit
     for axis, axis_samples in zip(plant.each(), scenario.samples().axes, strict=True):
         if design.axis not in ("", axis.name):
             continue  # that axis has its own controller and folder
@@ -203,12 +175,8 @@ def _simulated_loop(design: Design) -> tuple[Json, str]:
         axes[name] = {"set": fixed, "limit": scenario.limits.of(axis.name).command}
         _check_length(axis.name, fixed, ahead)
     table = np.stack(columns, axis=1)
-    loop = {
-        "scenario": scenario.name,
-        "axes": axes,  # prefix of names in HAL -> parameters and limit
-        "substeps": scenario.simulation.substeps,
-        "rows": len(table),
-    }
+    loop: Json = {"scenario": scenario.name, "rows": len(table)}
+    loop |= {"axes": axes, "substeps": scenario.simulation.substeps}
     return loop, "".join(" ".join(map(repr, row)) + "\n" for row in table.tolist())
 
 
@@ -218,9 +186,8 @@ def _check_length(axis: str, coefficients: Json, ahead: bool) -> None:
     behind += [f"controller.{ACCELERATION}"] if ahead else []
     longest = LONGEST - max(len(f"-{name}") for name in behind)
     if len(axis) > longest:
-        raise UserError(
-            f"plant.axes.{axis}: must have at most {longest} characters for the names of HAL"
-        )
+        allowed = f"must have at most {longest} characters for the names of HAL"
+        raise UserError(f"plant.axes.{axis}: {allowed}")
 
 
 def _mean(loads: np.ndarray) -> np.ndarray:
@@ -231,12 +198,5 @@ def _mean(loads: np.ndarray) -> np.ndarray:
     return np.asarray(weights @ loads / weights.sum())
 
 
-FORMATS = (
-    Format(
-        "linuxcnc",
-        "a folder with a HAL component and a simulated machine",
-        components,
-        companions=deployment.of_axes,
-        connects=True,
-    ),
-)
+HAL = "a folder with a HAL component and a simulated machine"
+FORMATS = (Format("linuxcnc", HAL, components, companions=deployment.of_axes, connects=True),)

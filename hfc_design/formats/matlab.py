@@ -33,10 +33,9 @@ def systems(design: Design) -> dict[str, str]:
     for name, pair in sides.items():
         # Where no rule fires, a unit gives 0, Octave's evalfis an error, MATLAB's another value.
         if sum(map(_faintest, pair)) > FADED:
-            raise UserError(
-                f"{option('to', 'fis')}: the terms of {name} leave gaps in which no rule fires; "
-                "programs that read the format disagree on the output there"
-            )
+            gaps = f"the terms of {name} leave gaps in which no rule fires"
+            others = "programs that read the format disagree on the output there"
+            raise UserError(f"{option('to', 'fis')}: {gaps}; {others}")
     values: dict[str, object] = {"units": units, "head": unit_head(design)}
     files["controller.m"] = function(design, "controller")
     wires = [(name, unit.name) for unit in units for name in (unit.row, unit.column)]
@@ -121,7 +120,4 @@ def _struct(record: dict[str, object]) -> dict[str, object]:
 
 FIS = "a folder for MATLAB and Octave, one .fis per unit, and controller.m"
 MAT = "a MAT file with tables, terms, gains and wiring"
-FORMATS = (
-    Format("fis", FIS, systems),
-    Format("mat", MAT, variables, ".mat"),
-)
+FORMATS = (Format("fis", FIS, systems), Format("mat", MAT, variables, ".mat"))

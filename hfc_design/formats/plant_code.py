@@ -42,11 +42,7 @@ def name_of(drive: Drive) -> str:
 
 
 def check(drive: Drive, design: Design) -> None:
-    """Check that a drive of the design's plant can be written in C.
-
-    Raises:
-        UserError: the drive does something that no code can be generated for.
-    """
+    """Check that a drive of the design's plant can be written in C; UserError: it cannot."""
     try:
         _functions(drive)
     except TraceError as error:
@@ -78,19 +74,13 @@ def sources(drive: Drive, design: Design) -> dict[str, str]:
     functions = _functions(drive)
     library = dict.fromkeys(name for one in functions.values() for name in one.library)
     helpers = dict.fromkeys(name for one in functions.values() for name in one.helpers)
-    values = {
-        "name": name_of(drive),
-        "what": f"the drive {drive.name}",
-        "parameters": {
-            key: drive.parameter_units.get(key, "") for key in drive.parameters()._fields
-        },
-        "coefficients": coefficients(drive.coefficients(drive.parameters())),
-        "states": state_units(drive),
-        "signals": {name: drive.units[name] for name in signals(drive)},
-        "functions": functions,
-        "library": [*library],
-        "helpers": [C.helpers_of[name] for name in helpers],
-    }
+    nominal, units = drive.parameters(), drive.parameter_units
+    values: Json = {"name": name_of(drive), "drive": drive, "functions": functions}
+    values["parameters"] = {key: units.get(key, "") for key in nominal._fields}
+    values["coefficients"] = coefficients(drive.coefficients(nominal))
+    values["states"] = state_units(drive)
+    values["signals"] = {name: drive.units[name] for name in signals(drive)}
+    values |= {"library": [*library], "helpers": [C.helpers_of[name] for name in helpers]}
     files = {f"{values['name']}{end}": f"plants/plant{end}.j2" for end in (".h", ".c")}
     return {name: rendered(template, design, **values) for name, template in files.items()}
 
@@ -105,11 +95,7 @@ def coefficients(record: Parameters, prefix: str = "") -> dict[str, Any]:
 
 
 def coupled(machine: Machine, design: Design) -> dict[str, str]:
-    """Return file name -> text of header and source of the step of a machine with coupled axes.
-
-    Raises:
-        UserError: the machine does something that no code can be generated for.
-    """
+    """Return file name -> text of the step of coupled axes in C; UserError: it has no code."""
     count = len(machine.axes)
     given: Json = {"dt": 0.0}
     for k, drive in enumerate(machine.drives):
@@ -131,39 +117,29 @@ def coupled(machine: Machine, design: Design) -> dict[str, str]:
         message = f"cannot generate C of the machine {machine.name}: {error}"
         raise UserError(f"design {design.name}: {message}") from None
     name = f"plant_{identifier(machine.name)}_step"
-    values = {
-        "name": name,
-        "machine": machine.name,
-        "drives": [name_of(drive) for drive in machine.drives],
-        "function": printed,
-        "helpers": [C.helpers_of[one] for one in printed.helpers],
-    }
+    values: Json = {"name": name, "machine": machine.name, "function": printed}
+    values["drives"] = [name_of(drive) for drive in machine.drives]
+    values["helpers"] = [C.helpers_of[one] for one in printed.helpers]
     files = {f"{name}{end}": f"plants/coupled{end}.j2" for end in (".h", ".c")}
     return {file: rendered(template, design, **values) for file, template in files.items()}
 
 
 @cache
 def _functions(drive: Drive) -> dict[str, Function]:
-    """Return the functions in the C code of a drive, by name.
-
-    Raises:
-        TraceError: the drive does something that no code can be generated for.
-    """
+    """Return the functions in the C code of a drive, by name; TraceError: it has no code."""
     parameters = drive.parameters()
     fixed = jax.eval_shape(drive.coefficients, parameters)  # only their names are used
     state = drive.initial_state(0.0)
     known: Json = {"p": parameters, "c": fixed, "x": state, "seen": state}
     known |= dict.fromkeys(("command", "start", "middle", "end", "dt", "reference"), 0.0)
+
+    def step(c: Any, x: Any, command: Any, start: Any, middle: Any, end: Any, dt: Any) -> Any:
+        return drive.step(c, x, command, (start, middle, end), dt)
+
     made: dict[str, tuple[str, Callable[..., Any], str]] = {
         "prepare": ("p", drive.coefficients, "c->"),
         "accepted": ("c command", drive.accepted, ""),
-        "step": (
-            "c x command start middle end dt",
-            lambda c, x, command, start, middle, end, dt: drive.step(
-                c, x, command, (start, middle, end), dt
-            ),
-            "x->",
-        ),
+        "step": ("c x command start middle end dt", step, "x->"),
         "measured": ("c x", drive.measured, "seen."),
         "told": ("c seen", drive.signals, "signals."),
         "commanded": ("reference", drive.commanded, ""),
@@ -188,9 +164,8 @@ def _printed(function: Callable[..., Any], given: Mapping[str, Any], place: str)
     else:
         numbers = dict(results) if isinstance(results, Mapping) else {"": results}
     values = {key: trace.plain(x) for key, x in numbers.items()}
-    syntax = C(
-        (*RESERVED["c"], *RESERVED["c-library"], *given, "signals", "loads", "commands"), places
-    )
+    taken = (*RESERVED["c"], *RESERVED["c-library"], *given, "signals", "loads", "commands")
+    syntax = C(taken, places)
     printer = Printer(trace, syntax, values.values(), syntax.names)
     printer.bound |= {x for x in values.values() if isinstance(x, Node) and x.args}
     lines = folded(printer.lines())

@@ -5,6 +5,7 @@ from typing import TypeAlias
 
 from hfc_design import __version__
 from hfc_design.codegen.st import Variable
+from hfc_design.core.numbers import Json
 from hfc_design.files.design import Design
 from hfc_design.formats import writing
 from hfc_design.formats.code import Flat, c_name
@@ -26,45 +27,26 @@ Told: TypeAlias = "tuple[Variable, str]"
 
 
 def project(design: Design) -> str:
-    """Return a project as PLCopen XML: the function block of ``design`` and an example program.
-
-    Raises:
-        UserError: as for ``st.block_of``; or the example program uses a name of the design.
-    """
+    """Return a project as PLCopen XML: block and example program; UserError as for ``block_of``."""
     block = block_of(design)
     program, instance = f"{block.name}_example", f"{block.name}_1"
     names = [block.name, program, instance, *block.known.inputs, *block.known.outputs, "fault"]
     writing.check_names("st", names, CLASH)
     inputs, outputs = _signals(block)
     sections = block.law.sections.items()
-    parts = {
-        "name": block.name,
-        "kind": "functionBlock",
-        "variables": {
-            "inputVars": [(Variable("reset", "BOOL"), "forgets the past"), *inputs],
-            "outputVars": outputs,
-            "localVars": [(one, what) for what, variables in sections for one in variables],
-        },
-        "body": block.law.body,
-        "comment": f"{CALL} {'. '.join(writing.head(design))}",
-    }
+    parts: Json = {"name": block.name, "kind": "functionBlock", "body": block.law.body}
+    parts["comment"] = f"{CALL} {'. '.join(writing.head(design))}"
+    reset = Variable("reset", "BOOL"), "forgets the past"
+    own = [(one, what) for what, variables in sections for one in variables]
+    parts["variables"] = {"inputVars": [reset, *inputs], "outputVars": outputs, "localVars": own}
+    example: Json = {"name": program, "kind": "program", "comment": EXAMPLE}
     controller = (Variable(instance, block.name), "the controller")
-    example = {
-        "name": program,
-        "kind": "program",
-        "variables": {"localVars": [controller, *inputs, *outputs]},
-        "body": _call(instance, block.known),
-        "comment": EXAMPLE,
-    }
-    return writing.rendered(
-        "plcopen.xml.j2",
-        design,
-        name=design.name,
-        version=__version__,
-        facts=writing.facts(design),
-        pous=[parts, example],
-        interval=f"T#{(Decimal(repr(design.controller.sample_time_s)) * 1000).normalize():f}ms",
-    )
+    example["variables"] = {"localVars": [controller, *inputs, *outputs]}
+    example["body"] = _call(instance, block.known)
+    values: Json = {"version": __version__, "facts": writing.facts(design)}
+    interval = (Decimal(repr(design.controller.sample_time_s)) * 1000).normalize()
+    values |= {"name": design.name, "interval": f"T#{interval:f}ms", "pous": [parts, example]}
+    return writing.rendered("plcopen.xml.j2", design, **values)
 
 
 def _signals(block: FunctionBlock) -> tuple[list[Told], list[Told]]:
@@ -88,11 +70,7 @@ def _call(instance: str, known: Flat) -> str:
 
 
 def folder(design: Design) -> Content:
-    """Return the project of a design, a README page, test vectors, and a program that runs them.
-
-    Raises:
-        UserError: as for ``project``.
-    """
+    """Return the project with what ``st.folder`` adds; UserError as for ``project``."""
     return with_vectors(design, {f"{c_name(design)}.xml": project(design)})
 
 

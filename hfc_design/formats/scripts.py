@@ -43,12 +43,9 @@ def module(design: Design) -> str:
     """
     code.checked_numbers(design)
     known = code.flat(design)
-    values = {
-        "name": code.c_name(design),
-        "known": known,
-        "meanings": dict(zip(known.meanings, comment(known.meanings.values()), strict=True)),
-        "law": javascript.program(recorded_law(design), RESERVED["js"]),
-    }
+    meanings = dict(zip(known.meanings, comment(known.meanings.values()), strict=True))
+    law = javascript.program(recorded_law(design), RESERVED["js"])
+    values = {"name": code.c_name(design), "known": known, "meanings": meanings, "law": law}
     return rendered("javascript.mjs.j2", design, connection=design.connected, **values)
 
 

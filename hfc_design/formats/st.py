@@ -3,7 +3,7 @@
 import re
 from typing import NamedTuple
 
-from hfc_design.codegen.st import Block, literal_of, program
+from hfc_design.codegen.st import Block, program
 from hfc_design.controllers.rules import identifier
 from hfc_design.files.design import Design
 from hfc_design.formats import code, saving
@@ -11,13 +11,7 @@ from hfc_design.formats.deployment import readme
 from hfc_design.formats.deployment.folder import page_of_axes, table
 from hfc_design.formats.deployment.vectors import of_the_last_digit, vectors
 from hfc_design.formats.laws import recorded_law
-from hfc_design.formats.writing import (
-    RESERVED,
-    Content,
-    Format,
-    check_names,
-    rendered,
-)
+from hfc_design.formats.writing import RESERVED, Content, Format, check_names, rendered
 
 #: Largest assumed difference between implementations of ``EXP``, in units of the last digit.
 EXP_OFF = 8.0
@@ -33,11 +27,7 @@ class FunctionBlock(NamedTuple):
 
 
 def block_of(design: Design) -> FunctionBlock:
-    """Return the function block of a design.
-
-    Raises:
-        UserError: the inputs are not known, a number is too large, or a name is invalid.
-    """
+    """Return the function block of a design; UserError: an input, a number or a name is invalid."""
     name = "fb_" + re.sub("_+", "_", identifier(design.name)).strip("_")
     known = code.flat(design)
     check_names("st", [name, "reset", *known.outputs, "fault", *known.inputs], CLASH)
@@ -52,53 +42,26 @@ def text_of(design: Design) -> str:
 
 
 def with_vectors(design: Design, files: dict[str, str]) -> dict[str, Content]:
-    """Return the block's ``files`` with a README page, test vectors and a program that runs them.
-
-    Raises:
-        UserError: as for ``block_of``.
-    """
+    """Return the block's ``files`` with README page, test vectors and a program that runs them."""
     block = block_of(design)
     program = f"{block.name}_check"
     check_names("st", [block.name, program, "controller"], CLASH)
     test_vectors = vectors(design)
-    if (learns := saving.learns(design)) and "EXP(" in block.law.body:
+    if saving.learns(design) and "EXP(" in block.law.body:
         far = max(test_vectors.tolerance.double, EXP_OFF * of_the_last_digit(design, test_vectors))
         test_vectors = test_vectors._replace(tolerance=test_vectors.tolerance._replace(double=far))
-    values = readme.values(design, test_vectors) | {
-        "name": block.name,
-        "program": program,
-        "files": list(files),
-        "inputs": list(block.known.inputs),
-        "outputs": block.known.outputs,
-        "known": block.known,
-        "truths": block.known.truths,
-        "expected": [
-            list(map(float, column)) for column in zip(*test_vectors.commands, strict=True)
-        ],
-        "columns": [list(map(float, column)) for column in zip(*test_vectors.inputs, strict=True)],
-        "resets": [k for k, reset in enumerate(test_vectors.resets) if reset],
-        "learns": learns,
-        "remembered": sum(x.size or 1 for x in block.law.remembered if x.type == "LREAL"),
-        "unit": block.known.unit,
-        "literals": lambda row: ", ".join(map(literal_of, row)),
-    }
-    check = {
-        "check.st": rendered("deployment/check.st.j2", design, **values),
-        "vectors.csv": table(design, test_vectors),
-    }
-    return {
-        **files,
-        "README.md": rendered("deployment/plc.md.j2", design, **values),
-        "check": check,
-    }
+    values = readme.values(design, test_vectors) | {"block": block, "program": program}
+    values["files"] = list(files)
+    values["resets"] = [k for k, reset in enumerate(test_vectors.resets) if reset]
+    values["remembered"] = sum(x.size or 1 for x in block.law.remembered if x.type == "LREAL")
+    check = {"vectors.csv": table(design, test_vectors)}
+    check["check.st"] = rendered("deployment/check.st.j2", design, **values)
+    page = rendered("deployment/plc.md.j2", design, **values)
+    return {**files, "README.md": page, "check": check}
 
 
 def folder(design: Design) -> Content:
-    """Return function block, README page, test vectors, and a program that runs the vectors.
-
-    Raises:
-        UserError: as for ``block_of``.
-    """
+    """Return the files of a design as a function block; UserError as for ``block_of``."""
     return with_vectors(design, {f"{code.c_name(design)}.st": text_of(design)})
 
 

@@ -145,11 +145,7 @@ def _move(whole: Path, path: Path) -> None:
 
 
 def rule_base(design: Design) -> RuleBase:
-    """Return the functions of the design's kind that give rule tables.
-
-    Raises:
-        UserError: the design is of a kind without rule tables.
-    """
+    """Return the functions of the kind that give rule tables; UserError: the kind has none."""
     rules: RuleBase = require(design.kind.rule_base, design, design.kind.no_rules)
     return rules
 
@@ -265,10 +261,9 @@ def check_names(target: str, names: Iterable[str], clash: str) -> None:
     taken = dict.fromkeys(RESERVED.get(target, ()), "a word of the language")
     for name in names:
         if not re.fullmatch(r"[A-Za-z](_?[A-Za-z0-9])*", name):
-            raise UserError(
-                f"{option('to', target)}: {name!r} must be an identifier: a letter, then letters, "
-                "digits and single underscores between them; rename it in the design"
-            )
+            rule = "a letter, then letters, digits and single underscores between them"
+            fault = f"{name!r} must be an identifier: {rule}; rename it in the design"
+            raise UserError(f"{option('to', target)}: {fault}")
         if other := taken.get(name.casefold()):
             message = clash.format(name=name, other=other)
             raise UserError(f"{option('to', target)}: {message}; rename it in the design file")
@@ -302,12 +297,7 @@ def _templates() -> Environment:
         keep_trailing_newline=True,
         autoescape=False,  # templates use the filters below
     )
-    environment.filters |= {
-        "literal": literal_of,
-        "plain": plain,
-        "harmless": harmless,
-        "xml": escape,
-    }
+    environment.filters.update(literal=literal_of, plain=plain, harmless=harmless, xml=escape)
     environment.filters["number"] = lambda value: repr(float(value))
     environment.filters["quoted"] = lambda text: escape(text, {'"': "&quot;"})
     environment.filters["hyphens"] = lambda name: name.replace("_", "-")

@@ -97,5 +97,5 @@ def _to_and_fro(
 def _move(way: float, speed: float, acceleration: float, every: float) -> Floats:
     """Return the places of a trapezoidal move by ``way``, one a sample."""
     move = Trapezoidal(distance=way, velocity=speed, acceleration=acceleration)
-    time = np.asarray(every * np.arange(1, np.ceil(move.takes / every) + 1), float)
+    time = np.asarray(every * np.arange(1, np.ceil(move.duration_s / every) + 1), float)
     return np.asarray(move.samples(time).reference)

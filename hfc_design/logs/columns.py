@@ -65,10 +65,9 @@ def check_log(log: Log) -> Log:
         raise ValueError(f"must have at least {FEWEST} samples (got {log.rows})")
     for name, column in log.columns.items():
         if (bad := np.flatnonzero(~(np.abs(column) <= LARGEST_NUMBER))).size:
-            raise ValueError(
-                f"column {name}: must have numbers up to {LARGEST_NUMBER:g} "
-                f"(not in {bad.size} of {log.rows} samples, the first is sample {bad[0] + 1})"
-            )
+            others = f"not in {bad.size} of {log.rows} samples, the first is sample {bad[0] + 1}"
+            allowed = f"must have numbers up to {LARGEST_NUMBER:g}"
+            raise ValueError(f"column {name}: {allowed} ({others})")
     return log
 
 
@@ -114,10 +113,9 @@ def scale(one: Column, drive: Drive) -> float:
     try:
         return converted(count if count[0] in "+-.0123456789" else f"1 {count}", unit, drive)
     except ValueError:
-        raise ValueError(
-            f"column {one.column[:60]} for the {one.name}: {count!r} must be "
-            f"a unit like [{unit}], or a count as in [0.05 {unit}]"
-        ) from None
+        allowed = f"must be a unit like [{unit}], or a count as in [0.05 {unit}]"
+        whole = f"column {one.column[:60]} for the {one.name}: {count!r} {allowed}"
+        raise ValueError(whole) from None
 
 
 def converted(quantity: str, unit: str, drive: Drive) -> float:
@@ -215,10 +213,8 @@ def find_column(one: Column, log: Log, drive: Drive) -> Column:
         return one
     units = [end for _, end in parts_of(one.column)]
     if units == ["%"] and TOLD.fullmatch(one.column):
-        raise ValueError(
-            f"column {one.column[:60]}: needs the value of 1 %; "
-            f"{column_hint(one.name)}, as [0.1 {unit}]"
-        )
+        hint = f"{column_hint(one.name)}, as [0.1 {unit}]"
+        raise ValueError(f"column {one.column[:60]}: needs the value of 1 %; {hint}")
     return one._replace(unit=next(filter(None, (unit_of(x, unit, drive) for x in units)), None))
 
 

@@ -49,9 +49,8 @@ def mdf(file: BytesIO, most: int) -> Iterator[Channel]:
         can = [getattr(one.conversion, "conversion_type", 0) in PLAIN for one in group.channels]
         read = [j for j, one in enumerate(can) if one and (master < 0 or can[master])]
         read = [j for j in read if j != master]
-        if (
-            read
-        ):  # ``select`` makes up what an incomplete file lacks; ``get``, which is slow, does not
+        # ``select`` makes up what an incomplete file lacks; ``get``, which is slow, does not.
+        if read:
             first = log.get(group=k, index=read[0], raw=True, ignore_invalidation_bits=True)
             if master >= 0 and getattr(group.channels[master], "sync_type", 1) == 1:
                 yield Channel(str(k), "time", "time", "s", first.timestamps)

@@ -14,14 +14,7 @@ import numpy as np
 from hfc_design.core.numbers import Floats, Json
 from hfc_design.core.records import harmless
 from hfc_design.core.texts import as_user_error, content, decoded
-from hfc_design.logs.columns import (
-    LARGEST_LOG,
-    MOST_COLUMNS,
-    MOST_NUMBERS,
-    Log,
-    check_log,
-    joined,
-)
+from hfc_design.logs.columns import LARGEST_LOG, MOST_COLUMNS, MOST_NUMBERS, Log, check_log, joined
 from hfc_design.logs.scopes import TWINCAT, sinumerik_log, twincat_log
 from hfc_design.logs.texts import text_log, with_unit
 
@@ -39,11 +32,7 @@ LONGEST = 60
 
 
 def read_log(path: str | Path) -> Log:
-    """Return the log in a file of any supported format.
-
-    Raises:
-        UserError: the file cannot be read, or is not a log; the message says why, and where.
-    """
+    """Return the log in a file of any supported format; UserError: why it is none, and where."""
     suffix = Path(path).suffix.lower()
     with as_user_error(path):
         if advice := NOT_READ.get(suffix):

@@ -45,10 +45,9 @@ def twincat_log(text: str, separator: str) -> Log:
         written = line if separator == "," else line.replace(",", ".")
         numbers = [at_line(place, x) if x.strip() else np.nan for x in written.split(separator)]
         if len(numbers) > len(names) + 1 or (place == rows[0][0] and len(numbers) < len(names)):
-            raise ValueError(
-                f"line {place}: has {len(numbers)} columns, the channels {len(names)}: export it "
-                "from Scope with timelines, and with tabs or semicolons between columns"
-            )
+            advice = "with timelines, and with tabs or semicolons between columns"
+            has = f"has {len(numbers)} columns, the channels {len(names)}"
+            raise ValueError(f"line {place}: {has}: export it from Scope {advice}")
         row[: len(numbers)] = numbers[: len(names)]
     return _channels(names, keys, table)
 

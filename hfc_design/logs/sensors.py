@@ -119,10 +119,9 @@ def unwrap(
             if name != seen:
                 continue
             first = int((off > CLEAR * turn).argmax())
-            raise ValueError(
-                f"the {name} jumps by {moves[first]:.3g} {unit} after sample {first + 1}: "
-                "is it a rotation beyond one turn, or a wrong sample?"
-            )
+            jump = f"jumps by {moves[first]:.3g} {unit} after sample {first + 1}"
+            which = "is it a rotation beyond one turn, or a wrong sample?"
+            raise ValueError(f"the {name} {jump}: {which}")
         whole = values[name] + turn * np.append([0.0], np.cumsum(turns))
         if name == "reference" and not notes:  # a step of a turn is none
             lead = turn * np.round((whole - values[seen])[0] / turn)
@@ -163,8 +162,7 @@ def check_travel(one: Column, values: Floats, drive: Drive, duration: float) -> 
             continue
         gone, most = size * float(np.ptp(values)), fastest * duration
         if gone > most or (one.name == drive.seen[0] and gone < least):
-            raise ValueError(
-                f"column {one.column} in {one.unit}: the {one.name} moves {gone:.3g} "
-                f"{base} in {duration:.3g} s, but {least:g} to {most:.3g} {base} are plausible; "
-                f"check the unit and {column_hint(one.name)}"
-            )
+            moves = f"moves {gone:.3g} {base} in {duration:.3g} s"
+            plausible = f"{least:g} to {most:.3g} {base} are plausible"
+            what = f"column {one.column} in {one.unit}: the {one.name} {moves}, but {plausible}"
+            raise ValueError(f"{what}; check the unit and {column_hint(one.name)}")

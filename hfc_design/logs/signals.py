@@ -86,26 +86,16 @@ def signals(
     turned = unwrap(values, places, drive, _apart(values.get("time"), log))
     _check(values, drive)
     step = encoder_step(values[drive.seen[0]])
-    resampled_log = resampled(
-        values.pop("time", None), log.sample_time or sample_time, values, log.breaks
-    )
-    if not FASTEST <= resampled_log.sample_time <= SLOWEST:
-        raise ValueError(
-            f"is sampled every {resampled_log.sample_time:.3g} s; must be {FASTEST:g} to "
-            f"{SLOWEST:g} s for the log of a drive: check the unit of its time and "
-            f"{column_hint('time')}"
-        )
+    even = resampled(values.pop("time", None), log.sample_time or sample_time, values, log.breaks)
+    if not FASTEST <= (every := even.sample_time) <= SLOWEST:
+        allowed = f"must be {FASTEST:g} to {SLOWEST:g} s for the log of a drive"
+        advice = f"check the unit of its time and {column_hint('time')}"
+        raise ValueError(f"is sampled every {every:.3g} s; {allowed}: {advice}")
     for name, column in places.items():
-        check_travel(
-            column,
-            resampled_log.values[name],
-            drive,
-            resampled_log.sample_time * len(resampled_log.usable),
-        )
+        check_travel(column, even.values[name], drive, every * len(even.usable))
     notes = [f"{', '.join(taken)}; another unit: NAME=COLUMN [UNIT]"] if taken else []
-    notes = [*log.notes, *notes, *resampled_log.notes, *turned]
-    resampled_log = resampled_log._replace(notes=notes, step=step)
-    return _trusted(resampled_log, drive)
+    notes = [*log.notes, *notes, *even.notes, *turned]
+    return _trusted(even._replace(notes=notes, step=step), drive)
 
 
 def _with_most(log: Log, drive: Drive, chosen: Mapping[str, Column]) -> Log:
@@ -141,15 +131,13 @@ def _check(values: Mapping[str, Floats], drive: Drive) -> None:
     place, _ = without_outliers(values[position])
     size, change = np.std(place), np.std(np.diff(place))
     if change > TREMBLES * size:
-        raise ValueError(
-            f"the {position} only varies by {size:.2g} {drive.units['error']} (rms) from "
-            "sample to sample; the axis must move"
-        )
+        only = f"only varies by {size:.2g} {drive.units['error']} (rms) from sample to sample"
+        raise ValueError(f"the {position} {only}; the axis must move")
 
 
 def _trusted(log: EvenLog, drive: Drive) -> EvenLog:
     """Return the log, at most ``MOST`` samples, with wrong and saturated samples marked."""
-    name, every, notes = drive.seen[0], log.sample_time, [*log.notes]
+    name, unit, every, notes = drive.seen[0], drive.units["error"], log.sample_time, [*log.notes]
     if len(log.usable) > MOST:
         notes.append(f"only the first {MOST * every:.4g} s are used ({MOST} samples)")
     values = {signal: column[:MOST] for signal, column in log.values.items()}
@@ -158,23 +146,18 @@ def _trusted(log: EvenLog, drive: Drive) -> EvenLog:
     if wrong.any():
         k = int(np.flatnonzero(wrong)[0])
         off = place[k] - 0.5 * (place[k - 1] + place[k + 1])
-        notes.append(
-            f"{wrong.sum()} wrong samples of {name} are left out: the one at {k * every:.4g} s is "
-            f"{off:.3g} {drive.units['error']} off those before and after it"
-        )
+        one = f"the one at {k * every:.4g} s is {off:.3g} {unit} off those before and after it"
+        notes.append(f"{wrong.sum()} wrong samples of {name} are left out: {one}")
     jumps = np.abs(np.diff(right))
     if jumps.max(initial=0.0) > max(0.5 * np.ptp(right), 1.5 * (log.step or 0.0)):
-        raise ValueError(
-            f"the {name} jumps by {jumps.max():.4g} {drive.units['error']} after "
-            f"{jumps.argmax() * every:.4g} s: if it wraps around at a number N of its column, give "
-            f"{name}=COLUMN [UNIT] mod N"
-        )
+        jump = f"jumps by {jumps.max():.4g} {unit} after {jumps.argmax() * every:.4g} s"
+        wraps = f"wraps around at a number N of its column, give {name}=COLUMN [UNIT] mod N"
+        raise ValueError(f"the {name} {jump}: if it {wraps}")
     clipped = saturated(right)
     if clipped.any():
-        notes.append(
-            f"{100 * clipped.mean():.2g} % of the samples of {name} are at its largest or "
-            "smallest value, as if the sensor saturates, and are left out"
-        )
+        share = f"{100 * clipped.mean():.2g} % of the samples of {name}"
+        extreme = "at its largest or smallest value, as if the sensor saturates"
+        notes.append(f"{share} are {extreme}, and are left out")
     usable = usable & ~wrong & ~clipped
     return log._replace(values=values | {name: right}, usable=usable, notes=notes)
 
@@ -260,16 +243,13 @@ def _shared(stamps: Floats, rows: Indices, usual: float) -> float:
     """
     stamps, first = stamps[1:], rows[1:].astype(float)  # the first may begin before the log
     if len(first) < FEWEST:
-        raise ValueError(
-            f"must have at least {FEWEST + 1} different time stamps (got {len(first) + 1})"
-        )
+        few = f"{FEWEST + 1} different time stamps (got {len(first) + 1})"
+        raise ValueError(f"must have at least {few}")
     period, start = np.polyfit(first, stamps, 1)
     off = np.abs(stamps - start - period * first)
     if off.max() > usual:
-        raise ValueError(
-            "its time stamps are each shared by several samples, unevenly after "
-            f"{stamps[off.argmax()]:.6g} s: samples are missing there"
-        )
+        unevenly = f"unevenly after {stamps[off.argmax()]:.6g} s: samples are missing there"
+        raise ValueError(f"its time stamps are each shared by several samples, {unevenly}")
     return _period(first, stamps)
 
 
@@ -310,10 +290,8 @@ def _filled(
     off = (time - start) / period - place
     tremble = float(np.sqrt(np.mean(off**2)))
     if tremble > TREMBLE:
-        notes.append(
-            f"time stamps jitter by {100 * tremble:.2g} % of the sample time (rms); the "
-            "signals are interpolated to even times"
-        )
+        jitter = f"time stamps jitter by {100 * tremble:.2g} % of the sample time (rms)"
+        notes.append(f"{jitter}; the signals are interpolated to even times")
     where = (time - start) / period if tremble > TREMBLE else place
     steps = np.arange(int(place[-1]) + 1)
     recorded = np.zeros(len(steps), bool)
@@ -335,10 +313,8 @@ def _longest(time: Floats, cuts: Indices, notes: list[str]) -> slice:
     part = max(parts, key=lambda one: one.stop - one.start)
     if len(parts) > 1:
         begin, end = time[part.start], time[part.stop - 1]
-        notes.append(
-            f"samples are missing in {len(parts) - 1} places; the longest part without a gap is "
-            f"used, {begin:.4g} to {end:.4g} s"
-        )
+        used = f"the longest part without a gap is used, {begin:.4g} to {end:.4g} s"
+        notes.append(f"samples are missing in {len(parts) - 1} places; {used}")
     if part.stop - part.start < FEWEST:
         raise ValueError(f"a part without a gap must have at least {FEWEST} samples")
     return part

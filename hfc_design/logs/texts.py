@@ -71,11 +71,7 @@ class Form(NamedTuple):
 
 
 def text_log(text: str) -> Log:
-    """Return the log in a text.
-
-    Raises:
-        ValueError: the text is not a log; the message has the reason and, if possible, the line.
-    """
+    """Return the log in a text; ValueError: why it is none, if possible with the line."""
     lines = text.splitlines()
     first = lines[0] if lines else ""
     if match := SCOPE.fullmatch(first):
@@ -275,8 +271,6 @@ def _named(
         if count > 1:
             raise ValueError(f"columns must have different names (got {name[:60]!r} twice)")
         if not name.isprintable() or len(name) > 200:
-            raise ValueError(
-                "the name of a column must have at most 200 printable characters (got "
-                f"{name[:40]!r})"
-            )
+            allowed = "must have at most 200 printable characters"
+            raise ValueError(f"the name of a column {allowed} (got {name[:40]!r})")
     return dict(zip(cleaned, table.T, strict=True))

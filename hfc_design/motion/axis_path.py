@@ -13,7 +13,7 @@ import numpy as np
 
 from hfc_design.core.numbers import SAME, Floats, Indices, Integers, Mask
 from hfc_design.motion.gcode import AXES, Block
-from hfc_design.motion.paths import SAME_PLACE, Motion, Speeds, phased, reachable, turned
+from hfc_design.motion.paths import SAME_PLACE, Motion, fastest_motion, turned
 
 
 class Places(NamedTuple):
@@ -181,6 +181,7 @@ class Bounds(NamedTuple):
     velocity: Floats
     rapid: Floats  # the velocity of G0
     acceleration: Floats
+    jerk: Floats | float = np.inf  # along straight lines; see ``look_ahead``
 
 
 # Velocity and acceleration of every axis are limited. The path is exact, so the velocity of an axis
@@ -196,7 +197,10 @@ class Bounds(NamedTuple):
 # triangle over the time s about the corner. (Around the tip of the triangle this area is at least
 # 3/4 of s times its height. The times of two corners do not overlap.)
 def look_ahead(path: AxisPath, bounds: Bounds, cycle: float) -> Motion:
-    """Return the fastest motion from rest to rest with piecewise constant acceleration.
+    """Return the fastest motion from rest to rest with piecewise constant acceleration or jerk.
+
+    With limits of the jerk the way is averaged over so long a time that every axis keeps its own on
+    straight lines. Corners and arcs are passed as without.
 
     Args:
         path: path of the motion; its feeds are not exceeded.
@@ -208,30 +212,29 @@ def look_ahead(path: AxisPath, bounds: Bounds, cycle: float) -> Motion:
     """
     most, rate, bent = _alone(path, bounds)
     between, share = _corners(path, bounds, cycle, most, rate)
-    block, length, fastest, used = _pieces(path, most, between, share, cycle)
+    # With averages, a speed that is held between pieces costs more than less acceleration does.
+    near = most * cycle if np.isinf(bounds.jerk).all() else np.full_like(most, np.inf)
+    block, length, fastest, used = _pieces(path, most, between, share, near)
     rate = rate[block] * np.sqrt((1.0 - used) ** 2 - bent[block] ** 2)
-    speed = reachable(fastest, 2.0 * rate * length)
-    entry, leave = speed[:-1], speed[1:]
-    peak = np.minimum(most[block], np.sqrt(rate * length + 0.5 * (entry**2 + leave**2)))
-    if not peak.all():  # rounded to 0: no machine has such limits
-        raise ValueError("a block of its program cannot start; check its limits")
-    speeds = Speeds(entry, leave, peak, (peak - entry) / rate, (peak - leave) / rate)
+    half = float((rate * path.fastest[:, block] / np.reshape(bounds.jerk, (-1, 1))).max())
     first, rest = np.flatnonzero(np.diff(block, prepend=-1)), np.zeros_like(length)
     rest[first] = path.rest
-    motion = phased(np.append(0.0, np.cumsum(length)), length, speeds, rate, rest)
-    return motion._replace(peak=np.maximum.reduceat(peak, first))
+    motion = fastest_motion(length, most[block], fastest, rate, rest, half)
+    if not motion.peak.all():  # rounded to 0: no machine has such limits
+        raise ValueError("a block of its program cannot start; check its limits")
+    return motion._replace(peak=np.maximum.reduceat(motion.peak, first))
 
 
 def _pieces(
-    path: AxisPath, most: Floats, between: Floats, share: Floats, cycle: float
+    path: AxisPath, most: Floats, between: Floats, share: Floats, near: Floats
 ) -> tuple[Indices, Floats, Floats, Floats]:
-    """Cut each long block into three pieces: within a cycle of each corner, and in between.
+    """Cut each long block into three pieces: the way ``near`` to each corner, and in between.
 
     Returns:
         Block and length of each piece, the largest speeds at the ends of the pieces
         (pieces + 1,), and the share of the acceleration that corners take in each piece.
     """
-    count, near = len(path.length), most * cycle
+    count = len(path.length)
     long = path.length > 4.0 * near * (1.0 + SAME)
     block = np.repeat(np.arange(count), np.where(long, 3, 1))
     first = np.flatnonzero(np.diff(block, prepend=-1))

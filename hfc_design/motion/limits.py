@@ -1,10 +1,11 @@
 """Limits of a machine's axes in a program, as a user writes them."""
 
 from collections.abc import Mapping, Sequence
+from operator import not_
 from typing import Annotated, NamedTuple, TypeAlias
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from hfc_design.core.records import Finite, Label, Positive, Record, ordered
 from hfc_design.motion.axis_path import Bounds
@@ -28,6 +29,8 @@ class AxisLimits(Record):
     #: largest acceleration; this, or acceleration_time_s [(mm or deg)/s2]
     acceleration_per_s2: Positive | None = None
     acceleration_time_s: Positive | None = None  # time to reach the velocity of G0 [s]
+    #: largest jerk on straight lines [(mm or deg)/s3]; left out: unlimited
+    jerk_per_s3: Positive | None = Field(None, exclude_if=not_)
     #: travel from and to [mm or deg]; left out: unlimited
     travel: Annotated[tuple[Finite, Finite], ordered] | None = None
 
@@ -44,17 +47,12 @@ class AxisLimits(Record):
             )
         return self
 
-    def bounds(self, top_speed: float) -> tuple[float, float, float]:
-        """Return velocity (default: ``top_speed``), G0 velocity, acceleration [mm or deg, s]."""
-        velocity = top_speed
-        if self.velocity_per_min is not None:
-            velocity = self.velocity_per_min / 60.0
-        rapid = velocity if self.rapid_per_min is None else self.rapid_per_min / 60.0
-        acceleration = self.acceleration_per_s2
-        if self.acceleration_time_s is not None:
-            acceleration = rapid / self.acceleration_time_s
-        assert acceleration is not None  # see ``_one_acceleration``
-        return velocity, rapid, acceleration
+    def bounds(self, top_speed: float) -> tuple[float, float, float, float]:
+        """Return velocity (default: ``top_speed``), that of G0, acceleration, jerk [mm or deg]."""
+        velocity = self.velocity_per_min / 60.0 if self.velocity_per_min else top_speed
+        rapid = self.rapid_per_min / 60.0 if self.rapid_per_min else velocity
+        acceleration = self.acceleration_per_s2 or rapid / (self.acceleration_time_s or np.inf)
+        return velocity, rapid, acceleration, self.jerk_per_s3 or np.inf
 
 
 #: Table ``[reference.limits]`` of a scenario: limits of each axis by its name.

@@ -5,12 +5,13 @@ turned by the angle c s. Its chord has turned by c s / 2, and is s sinc(c s / 2)
 """
 
 from collections.abc import Iterable
-from math import hypot, pi
+from functools import partial
+from math import hypot, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Indices, Mask, passed
+from hfc_design.core.numbers import SAME, Floats, Indices, Mask, passed
 
 Point = tuple[float, float]
 
@@ -121,12 +122,13 @@ def turned(vector: Floats, angle: Floats) -> Floats:
 
 
 class Motion(NamedTuple):
-    """Motion with trapezoidal velocity: in each segment rest, up, even, down; at the end rest."""
+    """Motion in phases of constant jerk; without a limit of the jerk it is 0 in all of them."""
 
     start: Floats  # (phases,) when each begins [s]
     distance: Floats  # (phases,) way along the path at its start [mm]
     speed: Floats  # (phases,) at its start [mm/s]
-    acceleration: Floats  # (phases,) [mm/s2]
+    acceleration: Floats  # (phases,) at its start [mm/s2]
+    jerk: Floats  # (phases,) [mm/s3]
     peak: Floats  # (segments,) largest speed on each segment [mm/s]
 
     @property
@@ -143,13 +145,27 @@ class Motion(NamedTuple):
         """Return distance [mm], speed [mm/s], acceleration along the path [mm/s2] at a time [s]."""
         k = np.maximum(passed(self.start, time) - 1, 0)
         since = np.maximum(time, 0.0) - self.start[k]
-        acceleration = self.acceleration[k]
-        way = self.distance[k] + (self.speed[k] + 0.5 * acceleration * since) * since
-        speed = np.maximum(self.speed[k] + acceleration * since, 0.0)
-        return np.minimum(way, self.distance[-1]), speed, acceleration
+        speed, rate, jerk = self.speed[k], self.acceleration[k], self.jerk[k]
+        way = self.distance[k] + (speed + (0.5 * rate + jerk * since / 6.0) * since) * since
+        speed = np.maximum(speed + (rate + 0.5 * jerk * since) * since, 0.0)
+        return np.minimum(way, self.distance[-1]), speed, rate + jerk * since
+
+    def averaged(self, time: float) -> "Motion":
+        """Return the motion whose way, speed and acceleration are means of the last ``time`` [s].
+
+        Its jerk is the change of the acceleration in this time, divided by the time.
+        """
+        start = np.unique([self.start, self.start + time])
+        pairs = zip(self.at(start), self.at(start - time), strict=True)
+        speed, rate, jerk = ((now - before) / time for now, before in pairs)
+        step = np.diff(start, append=start[-1:])
+        moved = (speed + (0.5 * rate + jerk * step / 6.0) * step) * step
+        way = np.cumsum(moved) - moved
+        way[-1] = self.distance[-1]
+        return Motion(start, way, speed, rate, jerk, self.peak)
 
 
-def motion(path: Path, acceleration: float | None) -> Motion:
+def motion(path: Path, acceleration: float | None, jerk: float | None = None) -> Motion:
     """Return the fastest motion along ``path`` from rest to rest.
 
     The motion stops at a rest, and where the direction jumps. Elsewhere it passes from segment to
@@ -159,63 +175,76 @@ def motion(path: Path, acceleration: float | None) -> Motion:
     Args:
         path: the segments and their feeds.
         acceleration: limit [mm/s2]; None: full feed at once on every segment, also at corners.
+        jerk: limit of the jerk along the path [mm/s3], needs an acceleration; None: unlimited.
     """
-    feed = path.feed / 60.0
-    if acceleration is None:
-        entry = leave = peak = feed
-        up = down = np.zeros_like(feed)
-        rate = 0.0
-    else:
-        rate = acceleration
-        stops = path.corners() | (path.rest[1:] > 0.0)
-        passing = np.where(stops, 0.0, np.minimum(feed[:-1], feed[1:]))
-        speed = reachable(np.concatenate([[0.0], passing, [0.0]]), 2.0 * rate * path.length)
-        entry, leave = speed[:-1], speed[1:]
-        peak = np.minimum(feed, np.sqrt(rate * path.length + 0.5 * (entry**2 + leave**2)))
-        up, down = (peak - entry) / rate, (peak - leave) / rate
-    rates = np.full_like(feed, rate)
-    return phased(path.knots, path.length, Speeds(entry, leave, peak, up, down), rates, path.rest)
+    feed, stops = path.feed / 60.0, path.corners() | (path.rest[1:] > 0.0)
+    passing, still = np.minimum(feed[:-1], feed[1:]), np.zeros(1)
+    fastest = np.concatenate([still, np.where(stops, 0.0, passing), still])
+    if acceleration is None:  # a huge one, with which the speed changes at once
+        acceleration, fastest = 1e100, np.concatenate([feed[:1], passing, feed[-1:]])
+    rate, time = np.full_like(feed, acceleration), acceleration / jerk if jerk else 0.0
+    averaged = partial(fastest_motion, path.length, feed, fastest, rate, path.rest)
+    once = averaged(0.5 * time)  # long enough unless braking follows on acceleration at once
+    enough = not jerk or np.abs(once.jerk).max() <= jerk * (1.0 + SAME)
+    return once if enough else averaged(time)
 
 
-class Speeds(NamedTuple):
-    """Speeds and times of each segment of a path, (segments,) [mm/s] and [s]."""
+# A mean over the time T (``Motion.averaged``) could pass the end of a slow segment too fast, since
+# it contains speeds and accelerations of the next one. Therefore the speed at each end is held for
+# half of T before and after it. The mean then has exactly this speed when its way passes the end,
+# and on a segment it contains no acceleration and no higher speed than those of that segment.
+@np.errstate(divide="ignore", invalid="ignore")  # a segment so slow or short that its peak is 0
+def fastest_motion(
+    length: Floats, most: Floats, fastest: Floats, rate: Floats, rest: Floats, half: float = 0.0
+) -> Motion:
+    """Return the fastest motion through segments, averaged over twice the time ``half`` [s].
 
-    entry: Floats
-    leave: Floats
-    peak: Floats
-    up: Floats  # time of acceleration
-    down: Floats  # time of braking
-
-
-def phased(knots: Floats, length: Floats, speeds: Speeds, rate: Floats, rest: Floats) -> Motion:
-    """Return the motion through segments; ``length``, ``knots`` and ``rest`` as in ``Path``.
-
-    ``rate`` (segments,) is the acceleration and the deceleration in each segment [mm/s2].
+    Each segment has a ``length`` [mm], a largest speed ``most`` [mm/s], an acceleration ``rate``
+    [mm/s2] and a time of ``rest`` at its start [s]. ``fastest`` (segments + 1,) limits the speed at
+    the ends [mm/s]. On a segment that is passed at one speed, the times of holding it may overlap.
     """
-    entry, leave, peak, up, down = speeds
-    rise = 0.5 * (entry + peak) * up
-    fall = 0.5 * (leave + peak) * down
-    even = np.maximum(length - rise - fall, 0.0) / peak
-    end = np.cumsum(np.stack([rest, up, even, down], axis=1))
-    before, none = knots[:-1], np.zeros_like(length)
-    ways = np.stack([before, before, before + rise, knots[1:] - fall], axis=1)
-    return Motion(
-        np.concatenate([[0.0], end]),
+    speed = reachable(fastest, 2.0 * rate * length, rate * half)
+    entry, leave = speed[:-1], speed[1:]
+    held = np.minimum(half, length / (entry + leave))
+    room = length - (entry + leave) * held
+    peak = np.minimum(most, np.sqrt(rate * room + 0.5 * (entry**2 + leave**2)))
+    up, down = (peak - entry) / rate, (peak - leave) / rate
+    rise, fall = 0.5 * (entry + peak) * up, 0.5 * (leave + peak) * down
+    even = np.maximum(room - rise - fall, 0.0) / peak
+    wait = rest + np.append(0.0, held[:-1] + held[1:])
+    end = np.cumsum(np.stack([wait, up, even, down], axis=1))
+    knots = np.append(0.0, np.cumsum(length))
+    waits, begins = knots[:-1] - entry * np.append(0.0, held[:-1]), knots[:-1] + entry * held
+    ways = np.stack([waits, begins, begins + rise, knots[1:] - leave * held - fall], axis=1)
+    none = np.zeros_like(length)
+    motion = Motion(
+        np.append(0.0, end),
         np.append(ways, knots[-1]),
-        np.append(np.stack([none, entry, peak, peak], axis=1), 0.0),
+        np.append(np.stack([entry, entry, peak, peak], axis=1), 0.0),
         np.append(np.stack([none, rate, none, -rate], axis=1), 0.0),
+        np.zeros(len(end) + 1),
         peak,
     )
+    return motion.averaged(2.0 * half) if half else motion
 
 
-def reachable(most: Floats, gain: Floats) -> Floats:
+def reachable(most: Floats, gain: Floats, held: Floats) -> Floats:
     """Return the speeds (segments + 1,) [mm/s] at the ends of segments, ``most`` where possible.
 
-    The square of the speed changes by at most ``gain`` (segments,) on each segment.
+    The square of the speed changes by at most ``gain`` (segments,) on each segment, less if the
+    speed at both ends is held for a time in which it could change by ``held`` (segments,).
     """
-    squares, gains = (most**2).tolist(), gain.tolist()
-    for k, more in enumerate(gains):  # no faster than it can get there
-        squares[k + 1] = min(squares[k + 1], squares[k] + more)
-    for k in range(len(gains) - 1, -1, -1):  # no faster than it can brake
-        squares[k] = min(squares[k], squares[k + 1] + gains[k])
+    squares, each = (most**2).tolist(), [*enumerate(zip(gain.tolist(), held.tolist(), strict=True))]
+    for k, about in each:  # no faster than it can get there
+        squares[k + 1] = min(squares[k + 1], _changed(squares[k], *about))
+    for k, about in reversed(each):  # no faster than it can brake
+        squares[k] = min(squares[k], _changed(squares[k + 1], *about))
     return np.sqrt(squares)
+
+
+def _changed(square: float, gain: float, held: float) -> float:
+    """Return the largest square of the speed at one end of a segment, by that at the other end."""
+    if not held:
+        return square + gain
+    speed = sqrt(square)
+    return max(speed, sqrt((speed - held) ** 2 + gain) - held) ** 2

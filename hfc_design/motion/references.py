@@ -13,6 +13,7 @@ from hfc_design.core.embedded_files import WRITTEN, AnyFile, content_of, readabl
 from hfc_design.core.numbers import LARGEST_NUMBER, Floats, passed
 from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record
 from hfc_design.core.texts import LARGEST_TABLE, decoded
+from hfc_design.motion.paths import Motion, Path, line, motion
 from hfc_design.motion.samples import AxisSamples
 
 
@@ -129,12 +130,17 @@ class Trapezoidal(Profile):
     distance: Finite  # distance of the move [error]
     velocity: Positive  # largest velocity [error/s]
     acceleration: Positive  # acceleration and deceleration [error/s2]
+    jerk: Positive | None = Field(None, exclude_if=not_)  # largest jerk [error/s3]
 
     @property
-    def takes(self) -> float:
+    def duration_s(self) -> float:
         """Duration of the move [s]."""
-        _, rise, cruise = self._parts
-        return float(2 * rise + cruise)
+        return self._along.duration if self.distance else 0.0
+
+    @property
+    def _along(self) -> Motion:
+        way = line((0.0, 0.0), (abs(self.distance), 0.0), 60.0 * self.velocity)
+        return motion(Path.of([way]), self.acceleration, self.jerk)
 
     @property
     def _parts(self) -> tuple[float, float, float]:
@@ -146,6 +152,9 @@ class Trapezoidal(Profile):
 
     def _motion(self, time: Floats) -> tuple[Floats, Floats, Floats]:
         way, (peak, rise, cruise) = np.sign(self.distance), self._parts
+        if self.jerk and self.distance:
+            place, speed, rate = self._along.at(time)
+            return way * place, way * speed, way * rate
         up = np.clip(time, 0.0, rise)
         even = np.clip(time - rise, 0.0, cruise)
         down = np.clip(time - rise - cruise, 0.0, rise)

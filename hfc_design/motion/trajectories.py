@@ -10,6 +10,7 @@ from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from itertools import pairwise
 from math import cos, dist, pi, radians, sin
+from operator import not_
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 import numpy as np
@@ -41,6 +42,8 @@ class Trajectory(Record):
     #: largest acceleration along the path [mm/s2]; left out: unlimited, also at corners, as in the
     #: simulations of the papers
     acceleration_mm_s2: Positive | None = None
+    #: largest jerk along the path, needs an acceleration [mm/s3]; left out: unlimited
+    jerk_mm_s3: Positive | None = Field(None, exclude_if=not_)
 
     @abstractmethod
     def _segments(self) -> Iterable[Segment]:
@@ -58,7 +61,9 @@ class Trajectory(Record):
     @property
     def motion(self) -> Motion:
         """Motion along the path, over time."""
-        return motion(self.path, self.acceleration_mm_s2)
+        if self.jerk_mm_s3 and not self.acceleration_mm_s2:
+            raise ValueError("reference.jerk_mm_s3: needs reference.acceleration_mm_s2")
+        return motion(self.path, self.acceleration_mm_s2, self.jerk_mm_s3)
 
     @property
     def duration_s(self) -> float:
@@ -152,7 +157,7 @@ class Polyline(Trajectory):
 
 PROGRAM = readable_by(lambda file: gcode.blocks(gcode.text_of(file)))
 #: Keys that only a program in X-Y alone may have.
-PLANAR = ("rapid_mm_min", "acceleration_mm_s2")
+PLANAR = ("rapid_mm_min", "acceleration_mm_s2", "jerk_mm_s3")
 
 
 class GCode(Trajectory):
@@ -164,8 +169,9 @@ class GCode(Trajectory):
     #: largest acceleration along the path, for a program in X-Y [mm/s2]
     acceleration_mm_s2: Positive = 100.0
     #: initial position of each axis [mm or deg]; left out: 0; needs limits
-    start: dict[Label, Finite] = {}
-    limits: Limits = {}  # limits of each axis by its name; with them a program may move any axes
+    start: dict[Label, Finite] = Field({}, exclude_if=not_)
+    #: limits of each axis by its name; with them a program may move any axes
+    limits: Limits = Field({}, exclude_if=not_)
 
     @model_validator(mode="after")
     def _planar_or_not(self) -> Self:
@@ -181,10 +187,7 @@ class GCode(Trajectory):
     @model_serializer(mode="wrap")
     def _own_keys(self, whole: SerializerFunctionWrapHandler) -> dict[str, object]:
         data: dict[str, object] = whole(self)
-        left_out = {*PLANAR} if self.limits else {"limits"}
-        if not self.start:
-            left_out.add("start")
-        return {key: x for key, x in data.items() if key not in left_out}
+        return {key: x for key, x in data.items() if not (self.limits and key in PLANAR)}
 
     def _segments(self) -> Iterable[Segment]:
         return gcode.read(self.file, self.rapid_mm_min)

@@ -3,6 +3,7 @@
 A new metric is an entry of ``METRICS`` and nothing else.
 """
 
+import re
 from collections.abc import Callable, Sequence
 from functools import cache, partial, reduce
 from operator import attrgetter
@@ -51,6 +52,8 @@ AXIS, PATH, EVERY = (ALONE,), (PLANE, PROGRAM), (ALONE, PLANE, PROGRAM)
 _error, _rate, _command = attrgetter("error"), attrgetter("error_rate"), attrgetter("command")
 _change, _settled = attrgetter("command_change"), attrgetter("settled")
 _beyond, _limited, _sliding = attrgetter("beyond"), attrgetter("limited"), attrgetter("sliding")
+_known, _turned = attrgetter("known"), attrgetter("turned")
+_undisturbed, _reversing = attrgetter("undisturbed"), attrgetter("reversing")
 
 
 def _late(moment: Moment) -> Scalar:
@@ -74,12 +77,14 @@ def _two_encoders(drives: Sequence[Drive]) -> bool:
     return any(drive.off_its_position for drive in drives)
 
 
+def _metric(rank: int, title: str, *reduction: Any, **more: Any) -> Metric:
+    """Return a metric with a ``title`` like "name [unit]: meaning"."""
+    name, unit, meaning = re.split(r" \[|\]: ", title, maxsplit=2)
+    return Metric(name, unit, meaning, *reduction)._replace(rank=rank, **more)
+
+
 def _estimated(
-    name: str,
-    meaning: str,
-    reduction: Reduction,
-    rank: int,
-    where: Callable[[PathFrame], Scalar] | None = None,
+    rank: int, title: str, reduction: Reduction, where: Callable[[PathFrame], Scalar] | None = None
 ) -> Metric:
     """Return a metric of the estimated contour error, multiplied by ``where`` (0 or 1)."""
 
@@ -90,19 +95,16 @@ def _estimated(
         return reduction.update(sums, (moments[0]._replace(error=off),), None)
 
     running = reduction._replace(update=update, recorded=None)
-    text = meaning.format("estimated contour error")
-    return Metric(ESTIMATED + name, "error", text, *running, path=True, rank=rank)
+    return _metric(rank, ESTIMATED + title, *running, path=True)
 
 
 def _contour(
-    name: str,
-    meaning: str,
     rank: int,
+    title: str,
     error: Callable[[Contour], Floats | None],
     reduced: Callable[[Floats], float] = recorded.largest,
     tables: tuple[str, ...] = PATH,
     exists: Callable[[Sequence[Drive]], bool] = _linear,
-    unit: str = "length",
 ) -> Metric:
     """Return a metric of a whole machine on a path: ``reduced`` of the ``error`` (steps,)."""
 
@@ -111,237 +113,191 @@ def _contour(
         errors = error(motion.contour)
         return None if errors is None or not len(errors) else float(reduced(errors))
 
-    parts: Any = {"recorded": read, "tables": tables, "rank": rank, "scope": MACHINE}
-    return Metric(name, unit, meaning, **parts, exists=exists)
+    return _metric(rank, title, recorded=read, tables=tables, scope=MACHINE, exists=exists)
 
 
-def _circle(
-    name: str, meaning: str, rank: int, reduce_turns: Callable[..., Any], directions: int = 1
-) -> Metric:
+#: Metrics of the orientation, and of the contour error by the encoders that are fed back.
+_orientation = partial(_contour, tables=(PROGRAM,), exists=_rotary)
+_fed_back = partial(_contour, tables=(PLANE,), exists=_two_encoders)
+
+
+def _circle(rank: int, title: str, reduce_turns: Callable[..., Any], directions: int = 1) -> Metric:
     """Return a metric: a function of full turns of a circle, in ``directions``, and its radius."""
     read = partial(recorded.circular, reduce_turns, directions)
-    return _contour(name, meaning, rank, read, tables=(PLANE,))._replace(directions=directions)
+    return _contour(rank, title, read, tables=(PLANE,))._replace(directions=directions)
 
 
-def _orientation(name: str, meaning: str, *of: Any) -> Metric:
-    parts: Any = {"tables": (PROGRAM,), "exists": _rotary, "unit": "deg"}
-    return _contour(name, meaning, 5, *of, **parts)
-
-
-def _axis(
-    name: str, unit: str, meaning: str, read: Callable[[Any], float | None], rank: int = 0
-) -> Metric:
+def _axis(rank: int, title: str, read: Callable[[Any], float | None]) -> Metric:
     """Return a metric of the recorded motion of one axis that follows no path."""
-    return Metric(name, unit, meaning, recorded=read, tables=AXIS, rank=rank)
+    return _metric(rank, title, recorded=read, tables=AXIS)
 
 
 METRICS: tuple[Metric, ...] = (
     _contour(
-        "rms_contour_error",
-        "root mean square of the contour error",
-        1,
-        attrgetter("error"),
-        numbers.rms,
+        1, "rms_contour_error [length]: root mean square of the contour error", _error, numbers.rms
     ),
-    _contour("max_contour_error", "largest contour error", 2, attrgetter("error")),
+    _contour(2, "max_contour_error [length]: largest contour error", _error),
     _contour(
-        "cutting_max_contour_error",
-        "the same without rapids, G0",
         2,
+        "cutting_max_contour_error [length]: the same without rapids, G0",
         recorded.cutting,
         tables=(PROGRAM,),
     ),
     _contour(
-        "worst_glitch",
-        "largest contour error after a linear axis reverses",
         3,
+        "worst_glitch [length]: largest contour error after a linear axis reverses",
         lambda off: recorded.after(off.glitches),
     ),
     _contour(
-        "path_error",
-        f"largest contour error except within {GLITCH_TIME:g} s after an axis starts or reverses",
         4,
+        f"path_error [length]: largest contour error except within {GLITCH_TIME:g} s after an axis "
+        "starts or reverses",
         lambda off: off.error[off.undisturbed],
     ),
     _circle(
-        "circular_deviation",
-        "circular deviation G of a full turn (ISO 230-4)",
         4,
+        "circular_deviation [length]: circular deviation G of a full turn (ISO 230-4)",
         lambda turns, radius: [*map(minimum_zone, turns)],
     ),
     _circle(
-        "bidirectional_circular_deviation",
-        "circular deviation G(b) of both directions together (ISO 230-4)",
         4,
+        "bidirectional_circular_deviation [length]: circular deviation G(b) of both directions "
+        "together (ISO 230-4)",
         lambda turns, radius: [minimum_zone(np.concatenate(turns, axis=1))],
         2,
     ),
     _circle(
-        "radial_deviation",
-        "largest radial deviation F of a full turn (ISO 230-4)",
         0,
+        "radial_deviation [length]: largest radial deviation F of a full turn (ISO 230-4)",
         lambda turns, radius: np.hypot(*np.concatenate(turns, axis=1)) - radius,
     ),
-    _contour(
-        "known_rms_contour_error",
-        "root mean square of the contour error, by the feedback encoders",
+    _fed_back(
         1,
-        attrgetter("known"),
-        numbers.rms,
-        (PLANE,),
-        _two_encoders,
-    ),
-    _contour(
-        "known_max_contour_error",
-        "largest of these",
-        2,
-        attrgetter("known"),
-        tables=(PLANE,),
-        exists=_two_encoders,
-    ),
-    _orientation(
-        "rms_orientation_error",
-        "root mean square of the error of the orientation",
-        attrgetter("turned"),
+        "known_rms_contour_error [length]: root mean square of the contour error, by the feedback "
+        "encoders",
+        _known,
         numbers.rms,
     ),
-    _orientation("max_orientation_error", "largest error of the orientation", attrgetter("turned")),
+    _fed_back(2, "known_max_contour_error [length]: largest of these", _known),
     _orientation(
-        "worst_orientation_glitch",
-        "the same after a rotary axis reverses",
+        5,
+        "rms_orientation_error [deg]: root mean square of the error of the orientation",
+        _turned,
+        numbers.rms,
+    ),
+    _orientation(5, "max_orientation_error [deg]: largest error of the orientation", _turned),
+    _orientation(
+        5,
+        "worst_orientation_glitch [deg]: the same after a rotary axis reverses",
         lambda off: recorded.after(off.turned_glitches),
     ),
-    Metric("rms_error", "error", "root mean square of the tracking error", *rms(_error), EVERY, 6),
-    Metric("max_error", "error", "largest tracking error", *largest(_error), EVERY, 7),
-    Metric(
-        "settled_rms_error",
-        "error",
-        "rms of the tracking error once settled",
+    _metric(6, "rms_error [error]: root mean square of the tracking error", *rms(_error), EVERY),
+    _metric(7, "max_error [error]: largest tracking error", *largest(_error), EVERY),
+    _metric(
+        6,
+        "settled_rms_error [error]: rms of the tracking error once settled",
         *rms(_error, _settled),
-        rank=6,
     ),
-    Metric(
-        "settled_max_error",
-        "error",
-        "largest tracking error once settled",
+    _metric(
+        7,
+        "settled_max_error [error]: largest tracking error once settled",
         *largest(_error, _settled),
-        rank=7,
     ),
-    Metric(
-        "iae",
-        "error s",
-        "integral of the tracking error's magnitude",
+    _metric(
+        0,
+        "iae [error s]: integral of the tracking error's magnitude",
         *integral(_error),
         AXIS,
         key="iae_{error}_s",
     ),
     _axis(
-        "final_error", "error", "tracking error at the last sample", lambda x: float(x.error[-1])
+        0, "final_error [error]: tracking error at the last sample", lambda x: float(x.error[-1])
     ),
     _axis(
-        "settling_time",
-        "s",
-        "from then on the error stays below a tenth of its maximum",
-        recorded.settling_time,
         9,
+        "settling_time [s]: from then on the error stays below a tenth of its maximum",
+        recorded.settling_time,
     ),
-    _estimated("rms_contour_error", "root mean square of the {}", rms(_error), 1),
-    _estimated("max_contour_error", "largest {}", largest(_error), 2),
     _estimated(
-        "path_error",
-        "largest {} away from starts and reversals",
-        largest(_error),
+        1, "rms_contour_error [error]: root mean square of the estimated contour error", rms(_error)
+    ),
+    _estimated(2, "max_contour_error [error]: largest estimated contour error", largest(_error)),
+    _estimated(
         4,
-        lambda path: path.undisturbed,
+        "path_error [error]: largest estimated contour error away from starts and reversals",
+        largest(_error),
+        _undisturbed,
     ),
     _estimated(
-        "worst_glitch",
-        "largest {} after an axis reverses",
-        largest(_error),
         3,
-        lambda path: path.reversing,
+        "worst_glitch [error]: largest estimated contour error after an axis reverses",
+        largest(_error),
+        _reversing,
     ),
-    Metric(
-        "overshoot", "error", "how far the axis goes beyond its goal", *largest(_beyond), rank=8
-    ),
-    Metric(
-        "overshoot",
-        "error",
-        "how far beyond a reversal or the end of the program",
+    _metric(8, "overshoot [error]: how far the axis goes beyond its goal", *largest(_beyond)),
+    _metric(
+        8,
+        "overshoot [error]: how far beyond a reversal or the end of the program",
         recorded=lambda axis: recorded.overshoot(axis.reference, axis.position),
         tables=(PROGRAM,),
-        rank=8,
     ),
-    Metric(
-        "velocity_ripple",
-        "error_rate",
-        "rms of the velocity error once settled",
+    _metric(
+        0,
+        "velocity_ripple [error_rate]: rms of the velocity error once settled",
         *rms(_rate, _settled),
         AXIS,
     ),
     _axis(
-        "stick_share",
-        "1",
-        "share of the time, once settled, below a tenth of the commanded speed",
-        lambda axis: float(recorded.stands(axis).mean()),
         12,
+        "stick_share [1]: share of the time, once settled, below a tenth of the commanded speed",
+        lambda axis: float(recorded.stands(axis).mean()),
     ),
-    _axis("stick_events", "1", "how often the axis stuck, once settled", recorded.stick_events),
-    Metric(
-        "peak_command", "command", "largest command", *largest(_command), EVERY, 11, scope=WORST
-    ),
+    _axis(0, "stick_events [1]: how often the axis stuck, once settled", recorded.stick_events),
+    _metric(11, "peak_command [command]: largest command", *largest(_command), EVERY, scope=WORST),
     _axis(
-        "control_effort",
-        "command2 s",
-        "integral of the squared command",
+        0,
+        "control_effort [command2 s]: integral of the squared command",
         lambda axis: float(np.sum(axis.command**2) * sample_time(axis)),
     ),
-    Metric(
-        "chatter",
-        "command",
-        "root mean square of the change of the command from sample to sample",
+    _metric(
+        10,
+        "chatter [command]: root mean square of the change of the command from sample to sample",
         *rms(_change),
         EVERY,
-        10,
         scope=WORST,
         key="rms_command_change",
     ),
-    Metric("rms_command", "command", "root mean square of the command", *rms(_command)),
-    Metric(
-        "stick_slip",
-        "1",
-        "share of the sliding time in which the axis stands",
+    _metric(0, "rms_command [command]: root mean square of the command", *rms(_command)),
+    _metric(
+        0,
+        "stick_slip [1]: share of the sliding time in which the axis stands",
         *share(_stuck, _sliding),
     ),
-    Metric(
-        "velocity_share",
-        "1",
-        "largest velocity of an axis, of its limit",
+    _metric(
+        0,
+        "velocity_share [1]: largest velocity of an axis, of its limit",
         recorded=recorded.velocity_share,
         tables=(PROGRAM,),
         scope=MACHINE,
     ),
-    Metric(
-        "limit_share",
-        "1",
-        "share of the time in which a command is at its limit",
+    _metric(
+        0,
+        "limit_share [1]: share of the time in which a command is at its limit",
         recorded=recorded.limited,
         tables=(PROGRAM,),
         scope=MACHINE,
     ),
-    Metric(
-        "limit_share",
-        "1",
-        "share of the last quarter at a limit of the command",
+    _metric(
+        0,
+        "limit_share [1]: share of the last quarter at a limit of the command",
         *share(_limited, _late),
     ),
-    Metric(
-        "late_error", "error", "largest tracking error in the last quarter", *largest(_error, _late)
+    _metric(
+        0, "late_error [error]: largest tracking error in the last quarter", *largest(_error, _late)
     ),
-    Metric(
-        "unsettled",
-        "1",
-        "share of a small disturbance of the start that still oscillates in the end",
+    _metric(
+        0,
+        "unsettled [1]: share of a small disturbance of the start that still oscillates in the end",
         *unsettled(),
         doubled=True,
     ),

@@ -21,13 +21,7 @@ from hfc_design.plotting.figure import (
     plain,
     stroke,
 )
-from hfc_design.report.panels import (
-    Evaluations,
-    PathError,
-    drawn_samples,
-    error_scale,
-    path_errors,
-)
+from hfc_design.report.panels import Evaluations, PathError, drawn_samples, error_scale, path_errors
 from hfc_design.simulation.evaluating import Evaluation
 
 #: Largest number of large panels one below the other.

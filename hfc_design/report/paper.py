@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, option
 from hfc_design.formats.writing import write
 from hfc_design.plotting.column import in_column
 from hfc_design.plotting.files import image
@@ -23,14 +23,14 @@ MILLIMETRES = {"mm": 1.0, "cm": 10.0, "in": INCH, "pt": INCH / 72.27}
 WIDTH = re.compile(rf"(\d+(?:\.\d*)?|\.\d+) ?({'|'.join(MILLIMETRES)})")
 
 
-def millimetres(width: str) -> float:
-    """Return, in mm, a width such as 88mm, 3.5in or 252pt; ValueError: it is no allowed width."""
-    match = WIDTH.fullmatch(width)
+def column(width: str) -> float:
+    """Return, in mm, a width such as 88mm, 3.5in or 252pt; UserError: it is no allowed width."""
+    match = WIDTH.fullmatch(width) if isinstance(width, str) else None
     size = float(match[1]) * MILLIMETRES[match[2]] if match else 0.0
     if not LEAST <= size <= MOST:
         units = ", ".join(MILLIMETRES)
-        allowed = f"a number with a unit ({units}), {LEAST:g} to {MOST:g} mm in total"
-        raise ValueError(f"{width!r}: must be {allowed}")
+        allowed = f"a number with a unit ({units}), as in '88mm', {LEAST:g} to {MOST:g} mm in total"
+        raise UserError(f"{option('width', width)}: must be {allowed}")
     return size
 
 
@@ -66,3 +66,32 @@ class Paper(NamedTuple):
             return f"{name}.{self.kind}", image(figure, self.kind)
         except UserError as error:
             raise error.within(name) from None
+
+
+def for_a_paper(
+    folder: Path,
+    stem: str = "",
+    figures: str | None = None,
+    width: str | None = None,
+    latex: bool = False,
+) -> Paper | None:
+    """Return the parts of a page for a paper; their folders are in ``folder``; None: no parts.
+
+    Args:
+        figures: "pdf", "svg" or "pgf": also write every figure as a file of this kind, sized for a
+            column of a paper.
+        width: width of these figures, as in 88mm, 3.5in or 252pt; default: 3.5in.
+        latex: also write every table in LaTeX.
+
+    Raises:
+        UserError: the kind of figure or the width is invalid, or a width is given without figures.
+    """
+    if figures is not None and figures not in KINDS:
+        raise UserError(f"{option('figures', figures)}: must be one of {', '.join(KINDS)}")
+    if width is not None and figures is None:
+        raise UserError(f"{option('width')}: applies to figures; add {option('figures', 'pdf')}")
+    if figures is None and not latex:
+        return None
+    drawn = folder / f"{stem}figures" if figures else None
+    size = COLUMN if width is None else column(width)
+    return Paper(figures or "", size, drawn, folder / f"{stem}latex" if latex else None)

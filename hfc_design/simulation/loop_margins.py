@@ -46,6 +46,8 @@ ALIKE = 1.01
 STANDS = 0.01
 #: Angles at which the response of a loop is checked, and the largest magnitude that counts as 0.
 LOOKED_AT, NOTHING = np.geomspace(1e-3, 3.0, 9), 1e-9
+#: Angle at which the compliance is the static one.
+SLOWEST = 1e-6
 #: Frequencies in a search [half the sampling rate], and factor by which more is required.
 FREQUENCIES, STRICTER = np.geomspace(1e-3, 1.0, 64), 1.01
 #: Poles of larger magnitude have narrow peaks, which are sought at these half widths from the pole.
@@ -239,7 +241,8 @@ class AskedMargins:
         if 0.0 < unknown < highest:
             hz += [*np.geomspace(unknown, highest, MODES)]
         modes = 2.0 * np.pi * self._every * np.array(hz)
-        self._angles = np.unique(np.r_[np.pi * FREQUENCIES, np.angle(light), modes])
+        static = [SLOWEST] if "compliance" in self._required else []
+        self._angles = np.unique(np.r_[static, np.pi * FREQUENCIES, np.angle(light), modes])
         z = np.exp(1j * self._angles)[:, None, None]
         unit = np.eye(every.a.shape[-1])
         inputs = np.concatenate([every.b, every.e], axis=2)[:, None].astype(complex)

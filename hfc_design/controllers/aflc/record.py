@@ -7,13 +7,7 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from hfc_design.controllers.aflc.adaptation import blamed_aflc
-from hfc_design.controllers.aflc.law import (
-    AdaptiveGains,
-    AdaptiveMemory,
-    Judge,
-    Rates,
-    aflc,
-)
+from hfc_design.controllers.aflc.law import AdaptiveGains, AdaptiveMemory, Judge, Rates, aflc
 from hfc_design.controllers.controller import AxisLaw
 from hfc_design.controllers.flc import export
 from hfc_design.controllers.flc.law import RuleBase

@@ -72,7 +72,5 @@ def shown(record: SlidingDesign, parts: Parts) -> Json:
 
 RULES = RuleBase(units, lambda record: ["error_rate", "error"], about, notes, tables)
 EXPLAIN = Explain(
-    lambda record: (["error", "error_rate"], []),
-    lambda memory, readings: memory,
-    shown,
+    lambda record: (["error", "error_rate"], []), lambda memory, readings: memory, shown
 )

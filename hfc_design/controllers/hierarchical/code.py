@@ -5,13 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.controllers.hierarchical.law import (
-    Graded,
-    Grid,
-    hierarchical,
-    memberships,
-    outputs,
-)
+from hfc_design.controllers.hierarchical.law import Graded, Grid, hierarchical, memberships, outputs
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign, layout_of
 from hfc_design.core.numbers import ARRAYS, Floats, Json
 

@@ -17,16 +17,7 @@ from hfc_design.controllers.hierarchical import root as root_unit
 from hfc_design.controllers.hierarchical.tree import Reach, Sources, reachable
 from hfc_design.controllers.linear import law as linear
 from hfc_design.controllers.linear.law import LinearGains, LinearMemory, Parts, Structure
-from hfc_design.core.numbers import (
-    Constant,
-    Degrees,
-    Floats,
-    RuleTable,
-    Scalar,
-    Xp,
-    clipped,
-    total,
-)
+from hfc_design.core.numbers import Constant, Degrees, Floats, RuleTable, Scalar, Xp, clipped, total
 
 #: Function that returns the degrees of a scalar in the terms.
 Graded: TypeAlias = Callable[[Scalar], list[Scalar]]
@@ -267,11 +258,12 @@ def sample(
         # The root multiplies a linear law instead of the number k_6 of LL eq. 6.
         own_gains: Any = gains.scheduled
         law_of_root = law._replace(structure=layout.scheduled)
-        nothing = before._replace(integral=0.0 * straight, resonators=())
+        nothing = before._replace(integral=0.0 * straight, resonators=(), filters=())
         other, _, scheduled = linear.commanded(xp, law_of_root, own_gains, nothing, signals)
         bent = fuzzy * other
         steps.append(linear.driven(law_of_root, own_gains, error, fuzzy))
-    command = straight + bent
+    filtered = linear.filtered(part, gains.linear, before, straight + bent, linear_parts)
+    command, before, linear_parts = filtered
     after = linear.remembered(xp, part, command, before, rate, *steps)
     shares = (linear_parts.proportional, linear_parts.derivative, bent, linear_parts, scheduled)
     whole = HierarchyParts(readings, scaled, units, *shares)

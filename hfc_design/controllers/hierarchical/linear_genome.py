@@ -16,9 +16,9 @@ from hfc_design.controllers.hierarchical.law import HierarchicalGains
 from hfc_design.controllers.hierarchical.linear_tables import passthrough
 from hfc_design.controllers.hierarchical.record import HierarchicalSettings
 from hfc_design.controllers.kind import Target
-from hfc_design.controllers.linear.genome import resonators_of
 from hfc_design.controllers.linear.law import LinearGains
 from hfc_design.controllers.linear.lq_genome import LqGenome
+from hfc_design.controllers.linear.record import filters_of
 from hfc_design.core.numbers import Floats, Integers, Json
 from hfc_design.core.records import UserError
 
@@ -35,8 +35,8 @@ class LinearHierarchies(NamedTuple):
     """Population of n individuals; the first axis of every array counts the individuals."""
 
     tree: Integers  # (n,) index into ``HierarchicalGenome.trees``
-    #: (n, 1 + signals + 2 x resonators + forward): ki, gains on signals, two gains of each
-    #: resonator, feed-forward gains.
+    #: (n, 1 + signals + 2 x resonators + filters + forward): ki, gains on signals, two gains of
+    #: each resonator, numbers of filters, feed-forward gains.
     linear: Floats
     fuzzy: Hierarchies  # hierarchies, with kp and kd
 
@@ -54,12 +54,11 @@ class LinearHierarchyGenome(Genome):
             self.regulator = LqGenome(settings.linear, target)
         except UserError as error:
             raise UserError(error.message.replace("controller.", "controller.linear.", 1)) from None
-        #: Load that is fed forward; if it is 0, ``forward`` has no gain ``load``.
-        self.expected_load = settings.linear.expected_load
-        self.forward = FORWARD if self.expected_load else FORWARD[:-1]
-        self.frequencies = settings.linear.load_frequencies_rad_s
+        self.forward = FORWARD if settings.linear.expected_load else FORWARD[:-1]
+        self.filters = settings.linear.filters
+        turning = 2 * len(settings.linear.resonators)
         #: Ends of the parts of ``LinearHierarchies.linear``.
-        self.ends = np.cumsum([1, len(self.regulator.signals), 2 * len(self.frequencies)])
+        self.ends = np.cumsum([1, len(self.regulator.signals), turning, len(self.filters)])
         self.structures = self.fuzzy.structures
         self.idle = _idle(settings, self.fuzzy.units)
 
@@ -125,7 +124,7 @@ class LinearHierarchyGenome(Genome):
     def gains(self, population: LinearHierarchies) -> HierarchicalGains:
         """Return the gains of the population for ``simulate``."""
         gains = self.fuzzy.gains(population.fuzzy)
-        (ki,), signals, turning, ahead = np.split(population.linear.T, self.ends)
+        (ki,), signals, turning, _, ahead = np.split(population.linear.T, self.ends)
         nothing = np.zeros(len(population.tree))
         forward = dict(zip(self.forward, ahead, strict=True))
         linear_gains = LinearGains(
@@ -135,6 +134,7 @@ class LinearHierarchyGenome(Genome):
             filter_pole=nothing,
             signals=signals if len(signals) else None,
             resonators=turning.reshape(-1, 2, len(ki)) if len(turning) else (),
+            filters=tuple(filters_of(self._filters(population), self.regulator.every).values()),
             **{"load": nothing, **forward},
         )
         return gains._replace(linear=linear_gains)
@@ -145,31 +145,28 @@ class LinearHierarchyGenome(Genome):
 
     def record(self, individual: LinearHierarchies) -> Json:
         """Return the ``pd+hierarchical-fuzzy`` record with linear part, without sample time."""
-        (ki,), signals, turning, fed_forward = np.split(individual.linear[0], self.ends)
-        ahead = dict(zip(self.forward, fed_forward.tolist(), strict=True))
-        forward = {"coulomb_width": ahead.pop("width"), **ahead}
-        if self.expected_load:
-            forward |= {"load": ahead["load"] / self.expected_load}
-            forward |= {"expected_load": self.expected_load}
-        linear = {
-            "ki": float(ki),
-            "signals": dict(zip(self.regulator.signals, signals.tolist(), strict=True)),
-            "feed_forward": forward,
-            "resonators": resonators_of(self.frequencies, turning.reshape(-1, 2, 1)),
-        }
-        return self.fuzzy.record(individual.fuzzy) | {"linear": linear}
+        gains = self.gains(individual).linear
+        assert gains is not None
+        record = {name: float(x[0]) for name, x in self._filters(individual).items()}
+        linear = {"linear": self.regulator.linear_record(gains)}
+        return self.fuzzy.record(individual.fuzzy) | record | linear
+
+    def _filters(self, population: LinearHierarchies) -> dict[str, Floats]:
+        each = zip(self.filters, np.split(population.linear.T, self.ends)[3], strict=True)
+        ranges = self.regulator.searched
+        return {name: np.clip(x, ranges[name].low, ranges[name].high) for name, x in each}
 
     def regulated(self, places: Floats, tree: Integers) -> LinearHierarchies:
         """Return regulators with weights at ``places`` (n, weights), with hierarchies giving 0."""
         count = len(places)
-        gains = self.regulator.gains(
-            taken(self.regulator.empty(), np.zeros(count, int))._replace(
-                places=np.clip(places, 0.0, 1.0)
-            )
-        )
+        first = taken(self.regulator.empty(), np.zeros(count, int))
+        first = first._replace(places=np.clip(places, 0.0, 1.0))
+        gains, values = self.regulator.gains(first), self.regulator.values(first)
         signals = [] if gains.signals is None else [*gains.signals]
         turning = [gain for pair in gains.resonators for gain in pair]
-        columns = [gains.ki, *signals, *turning, *(getattr(gains, name) for name in self.forward)]
+        filters = (values[name] for name in self.filters)
+        ahead = (getattr(gains, name) for name in self.forward)
+        columns = [gains.ki, *signals, *turning, *filters, *ahead]
         fuzzy = Hierarchies(
             tree,
             np.stack([gains.kp, gains.kd], axis=1),

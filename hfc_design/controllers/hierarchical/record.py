@@ -22,14 +22,15 @@ from hfc_design.controllers.hierarchical.law import (
 from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.controllers.hierarchical.tree import MAX_INPUTS, notation, reachable
 from hfc_design.controllers.kind import (
-    ControllerRecord,
     ControllerSettings,
     Target,
     input_ranges,
     later,
 )
 from hfc_design.controllers.linear.record import (
+    FILTERS,
     FeedForwardRecord,
+    FilteredRecord,
     LinearDesign,
     LqiSettings,
     Range,
@@ -121,7 +122,7 @@ def _with_error_scale(described: Any) -> Any:
     return described
 
 
-class HierarchicalDesign(ControllerRecord):
+class HierarchicalDesign(FilteredRecord):
     """Design of kind ``pd+hierarchical-fuzzy``; units in evaluation order, the root last."""
 
     kind: Literal["pd+hierarchical-fuzzy"] = "pd+hierarchical-fuzzy"
@@ -152,6 +153,8 @@ class HierarchicalDesign(ControllerRecord):
     def _schedules_beside_a_linear_part(self) -> "HierarchicalDesign":
         if self.scheduled and not self.linear:
             raise ValueError("scheduled: needs a linear part, whose integral it shares")
+        if self.filters and not self.linear:
+            raise ValueError("notch_hz, lowpass_hz: need a linear part, whose memory they share")
         return self
 
     @model_validator(mode="after")
@@ -266,22 +269,17 @@ class HierarchicalDesign(ControllerRecord):
     @property
     def linear_part(self) -> LinearDesign | None:
         """Linear part with kp and kd, as a controller of its own; None if there is only a PD."""
-        if (linear_record := self.linear) is None:
-            return None
-        data = (
-            linear_record.model_dump()
-            | self.pd.model_dump()
-            | {"sample_time_s": self.sample_time_s}
-        )
-        return LinearDesign(kind="linear part", **data)
+        own = {key: getattr(self, key) for names in FILTERS.values() for key in names}
+        return self._alone("linear part", self.linear, self.pd, **own) if self.linear else None
 
     @property
     def scheduled_part(self) -> LinearDesign | None:
         """Law that the root's output multiplies, as a controller of its own; None: no such law."""
-        if (scheduled_record := self.scheduled) is None:
-            return None
-        data = scheduled_record.model_dump() | {"sample_time_s": self.sample_time_s}
-        return LinearDesign(kind="scheduled part", **data)
+        return self._alone("scheduled part", self.scheduled) if self.scheduled else None
+
+    def _alone(self, kind: str, *records: Record, **own: Any) -> LinearDesign:
+        data = {key: x for one in records for key, x in one.model_dump().items()}
+        return LinearDesign(kind=kind, sample_time_s=self.sample_time_s, **data, **own)
 
 
 class HierarchicalSettings(ControllerSettings):

@@ -26,6 +26,8 @@ from hfc_design.core.numbers import Floats, Integers, Json
 
 #: First shares of the second law in the middle term of a tree's first input and the next three.
 SHARES = np.array([1.0, 0.0, 0.0, 1.0])
+#: Keys of a linear law whose values both laws have.
+SAME = ("coulomb_width", "width", "expected_load", "frequency_rad_s")
 
 
 class ScheduledHierarchies(NamedTuple):
@@ -84,29 +86,15 @@ class ScheduledGenome(Genome):
         first, other = self.on_one.gains(population.first), self.on_one.gains(_second(population))
         assert first.linear is not None
         assert other.linear is not None
-        pairs = zip(other.linear, first.linear, strict=True)
-        difference = type(first.linear)(*(_less(*pair) for pair in pairs))
-        return first._replace(scheduled=difference._replace(width=first.linear.width))
+        difference = _change(other.linear._asdict(), first.linear._asdict()) | {"filters": ()}
+        return first._replace(scheduled=type(first.linear)(**difference))
 
     def record(self, individual: ScheduledHierarchies) -> Json:
         """Return the record; its law ``scheduled`` is the second law less the first."""
         individual = self._even(individual)
         near, far = self.on_one.record(individual.first), self.on_one.record(_second(individual))
         one, other = (x["linear"] | x["pd"] for x in (near, far))
-        ahead = {
-            name: value - one["feed_forward"][name]
-            for name, value in other["feed_forward"].items()
-            if name not in ("coulomb_width", "expected_load")
-        }
-        unchanged = {k: v for k, v in one["feed_forward"].items() if k not in ahead}
-        signals = {name: x - one["signals"][name] for name, x in other["signals"].items()}
-        gains = {name: other[name] - one[name] for name in ("kp", "ki", "kd")}
-        turning = [
-            a | {name: b[name] - a[name] for name in ("in_phase", "quadrature")}
-            for a, b in zip(one["resonators"], other["resonators"], strict=True)
-        ]
-        forward = {"feed_forward": unchanged | ahead, "resonators": turning}
-        return near | {"scheduled": {**gains, "signals": signals, **forward}}
+        return near | {"scheduled": _change(other, one)}
 
     def _even(self, population: ScheduledHierarchies) -> ScheduledHierarchies:
         """Return the population with even tables: the same output if all inputs change sign."""
@@ -210,9 +198,13 @@ class ScheduledGenome(Genome):
         return np.stack(tables)
 
 
-def _less(far: Any, near: Any) -> Any:
-    """Return ``far`` less ``near``; ``near`` itself if it is None or (): no law has the gain."""
-    return near if near is None or isinstance(near, tuple) else far - near
+def _change(far: Any, near: Any) -> Any:
+    """Return the numbers of ``far`` less those of ``near``, except those of the keys ``SAME``."""
+    if isinstance(near, dict):
+        return {k: x if k in SAME else _change(far[k], x) for k, x in near.items()}
+    if isinstance(near, list | tuple):
+        return type(near)(_change(*pair) for pair in zip(far, near, strict=True))
+    return None if near is None else far - near
 
 
 def _alike(first: LinearHierarchies) -> ScheduledHierarchies:

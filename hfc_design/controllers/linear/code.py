@@ -10,25 +10,19 @@ from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json
 
 
-def resonators(record: LinearDesign) -> list[Json]:
-    """Return each resonator's frequency and gains, and cosine and sine of its angle per sample."""
-    entries = []
-    pairs = zip(record.resonators, record.form.rotations, strict=True)
-    for one, (cosine, sine) in pairs:
-        entries.append(one.model_dump() | {"cosine": cosine, "sine": sine})
-    return entries
-
-
 def about(record: LinearDesign, units: dict[str, str]) -> Json:
     """Return by key all gains but kp and kd, and the units of the signals besides the errors."""
-    gains = record.law_gains()
+    gains, pairs = record.law_gains(), zip(record.resonators, record.form.rotations, strict=True)
+    turning = [one.model_dump() | dict(zip(("cosine", "sine"), x, strict=True)) for one, x in pairs]
+    filters = dict(zip(record.form.filters, gains.filters, strict=True))
     read = dict.fromkeys([*record.signals, *AHEAD])
     return {
         "ki": gains.ki,
         "signals": {identifier(name): gain for name, gain in record.signals.items()},
         **{name: getattr(gains, name) for name in MULTIPLES},
         "coulomb_width": gains.width,
-        **({"resonators": resonators(record)} if record.resonators else {}),
+        **({"resonators": turning} if turning else {}),
+        **({"filters": filters} if filters else {}),
         "reads": {identifier(name): units.get(name, "") for name in read},
     }
 
@@ -41,6 +35,7 @@ def shares(record: LinearDesign, parts: Parts) -> dict[str, float]:
     contributions |= {f"feed-forward of {name}": getattr(parts, name) for name in MULTIPLES}
     pairs = zip(record.resonators, parts.resonators, strict=False)  # none if scheduled
     contributions |= {f"resonator of {one.frequency_rad_s:g} rad/s": share for one, share in pairs}
+    contributions |= {"filters": parts.filters} if record.form.filters else {}
     return {name: float(value) for name, value in contributions.items()}
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from hfc_design.controllers.gains.genome import GainsGenome, GainVectors, Searched
 from hfc_design.controllers.genome import Genome
 from hfc_design.controllers.kind import Target
-from hfc_design.controllers.linear import regulator
+from hfc_design.controllers.linear import record, regulator
 from hfc_design.controllers.linear.law import LinearGains
 from hfc_design.controllers.linear.record import FORWARD, LEAD, MULTIPLES, LinearSettings
 from hfc_design.controllers.linear.regulator import BEHIND
@@ -28,6 +28,12 @@ MOST_OF_NOMINAL = 2.0
 #: Form of a control that takes the gains as parameters -> searched numbers that are 0 in it.
 ABSENT: dict[str | None, tuple[str, ...]] = {None: (), "pid": ("derivative_hz",)}
 ABSENT["cascade"] = ("derivative_hz", "velocity_multiple", "coulomb_multiple")
+#: Range and first value of the numbers of filters, frequencies as shares of the sampling rate; if
+#: modes are known, a notch is searched from half the lowest to twice the highest of them.
+FILTERED = {"notch_hz": (0.01, 0.45, 0.1), "lowpass_hz": (0.02, 0.45, 0.3)}
+FILTERED |= {"notch_width": (0.1, 2.0, 0.5), "notch_depth": (0.01, 1.0, 0.5)}
+#: Searched numbers that are keys of a design.
+KEPT = ("derivative_hz", *FILTERED)
 #: Width of the smoothed sign of the speed, in shares of the speed at which the drive slides:
 #: narrowest, start of a search, widest.
 WIDTH = (0.001, 0.01, 0.1)
@@ -55,10 +61,17 @@ class LinearGenome(GainsGenome):
         if settings.coulomb_width is None:
             low, wide, high = (share * self.model.speed for share in WIDTH)
             searched["coulomb_width"] = Searched(low, high, wide)
+        for name in settings.filters:
+            low, high, one = (x / self.every if "hz" in name else x for x in FILTERED[name])
+            if modes := [hz for hz in target.modes if name == "notch_hz" and hz < high]:
+                low, high, one = 0.5 * min(modes), min(2.0 * max(modes), high), modes[0]
+            searched[name] = Searched(low, high, one)
         absent = ABSENT[getattr(settings, "control", None)]
         for name, (low, high) in (dict.fromkeys(absent, (0.0, 0.0)) | settings.ranges).items():
             if name not in searched:
                 raise UserError(f"controller.ranges.{name}: is not searched here")
+            if name in settings.filters and "hz" in name and high * self.every >= 0.5:
+                raise UserError(f"controller.ranges.{name}: must be below half the sampling rate")
             searched[name] = Searched(low, high, float(np.clip(searched[name].start, low, high)))
         self.searched: dict[str, Searched] = searched
         self.ranges = tuple(searched)  # names of the searched numbers
@@ -136,19 +149,26 @@ class LinearGenome(GainsGenome):
             **whole,
             signals=np.array([*each.values()]) if each else None,
             resonators=np.array(turning) if turning else (),
+            filters=tuple(record.filters_of(values, self.every).values()),
         )
 
     def record(self, individual: GainVectors) -> Json:
         """Return the record of the kind and its gains, without the sample time."""
         gains = self.gains(individual)
+        own = {name: getattr(gains, name) for name in ("kp", "kd")}
+        own |= {key: x for key, x in self.values(individual).items() if key in KEPT}
+        numbers = {name: float(x[0]) for name, x in own.items()}
+        return {"kind": self.settings.kind, **numbers, **self.linear_record(gains)}
+
+    def linear_record(self, gains: LinearGains) -> Json:
+        """Return further keys of a linear law from the gains of one individual."""
         forward = {name: float(getattr(gains, name)[0]) for name in MULTIPLES[:3]}
         expected = self.settings.expected_load
         if expected:
             forward |= {"load": float(gains.load[0]) / expected, "expected_load": expected}
         rows = () if gains.signals is None else gains.signals[:, 0]
         return {
-            "kind": self.settings.kind,
-            **{name: float(getattr(gains, name)[0]) for name in ("kp", "ki", "kd")},
+            "ki": float(gains.ki[0]),
             "signals": dict(zip(self.signals, map(float, rows), strict=True)),
             "feed_forward": forward | {"coulomb_width": float(gains.width[0])},
             "resonators": resonators_of(self.settings.load_frequencies_rad_s, gains.resonators),
@@ -227,11 +247,6 @@ class PidGenome(LinearGenome):
             gain = values[name] * frequency * values["kp"] * turn
             feedback |= {name: gain.real, name + BEHIND: gain.imag}
         return feedback
-
-    def record(self, individual: GainVectors) -> Json:
-        """Return the record with all gains and the cut-off of the filter."""
-        cut_off = float(self.values(individual)["derivative_hz"][0])
-        return super().record(individual) | {"derivative_hz": cut_off}
 
 
 def resonators_of(frequencies: tuple[float, ...], gains: Floats | tuple[()]) -> list[Json]:

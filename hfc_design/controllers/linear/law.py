@@ -5,8 +5,10 @@ Never imports JAX.
 
 from typing import Any, NamedTuple, TypeAlias
 
+import numpy as np
+
 from hfc_design.controllers.controller import AxisLaw, Signals, held
-from hfc_design.core.numbers import Scalar, Xp, clipped, total
+from hfc_design.core.numbers import Floats, Scalar, Xp, clipped, total
 
 #: Signals that every linear law reads: first ``ERRORS``, then those fed back, then ``AHEAD``.
 ERRORS = ("error", "error_rate")
@@ -19,6 +21,7 @@ class Structure(NamedTuple):
     signals: tuple[str, ...] = ()  # names of the signals with a gain
     #: Cosine and sine of the angle by which each resonator turns in a sample.
     rotations: tuple[tuple[float, float], ...] = ()
+    filters: tuple[str, ...] = ()  # that the command passes: notch, lowpass
 
 
 class LinearGains(NamedTuple):
@@ -38,6 +41,8 @@ class LinearGains(NamedTuple):
     #: Gains in phase and in quadrature of each resonator of ``Structure``, (resonators, 2, n) of a
     #: population.
     resonators: Any = ()
+    #: Numbers of each filter of ``Structure``, (filters, 4, n) of a population, see ``section``.
+    filters: Any = ()
 
 
 #: State of a resonator: its share of the command, and that share a quarter of a period later.
@@ -50,6 +55,7 @@ class LinearMemory(NamedTuple):
     integral: Scalar  # ki x integral of the error, in units of the command
     rate: Scalar  # filtered rate of the error
     resonators: tuple[Turning, ...] = ()
+    filters: tuple[tuple[Scalar, Scalar], ...] = ()  # two integrals of each filter
 
 
 class Steps(NamedTuple):
@@ -71,11 +77,13 @@ class Parts(NamedTuple):
     coulomb: Scalar
     load: Scalar
     resonators: tuple[Scalar, ...] = ()
+    filters: Scalar = 0.0  # what the filters add
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> LinearMemory:
     """Return the memory before the first sample: the axis at rest on its reference."""
-    return LinearMemory(zero, zero, ((zero, zero),) * len(law.structure.rotations))
+    each = (law.structure.rotations, law.structure.filters)
+    return LinearMemory(zero, zero, *(((zero, zero),) * len(x) for x in each))
 
 
 def sample(
@@ -83,8 +91,36 @@ def sample(
 ) -> tuple[Scalar, LinearMemory, Parts]:
     """Return the command of one sample, the memory after it, and the command's parts."""
     command, rate, parts = commanded(xp, law, gains, memory, signals)
+    command, memory, parts = filtered(law, gains, memory, command, parts)
     steps = driven(law, gains, signals["error"])
     return command, remembered(xp, law, command, memory, rate, steps), parts
+
+
+def section(every: float, hz: Scalar, width: Scalar = 2.0**0.5, depth: Scalar = 1.0) -> Floats:
+    """Return the numbers (4, n) of a notch of this width and gain at ``hz``, or of a low-pass.
+
+    Both are bilinear transforms of analog filters, exact at ``hz``. Their states are integrals,
+    with which single precision is accurate at any frequency.
+    """
+    slope = np.tan(np.pi * every * hz)
+    first = 1.0 / (1.0 + slope * (slope + width))
+    numbers = first, slope * first, slope**2 * first, (depth - 1.0) * width
+    return np.stack(np.broadcast_arrays(*numbers))
+
+
+def filtered(
+    law: AxisLaw, gains: LinearGains, memory: LinearMemory, command: Scalar, parts: Parts
+) -> tuple[Scalar, LinearMemory, Parts]:
+    """Return the command after all filters, the memory and the parts with them."""
+    states = []
+    each = zip(law.structure.filters, gains.filters, memory.filters, strict=True)
+    for kind, (a, b, c, band), (first, second) in each:
+        off = command - second
+        middle, low = a * first + b * off, second + b * first + c * off
+        states.append((2.0 * middle - first, 2.0 * low - second))
+        after = low if kind == "lowpass" else command + band * middle
+        parts, command = parts._replace(filters=parts.filters + (after - command)), after
+    return command, memory._replace(filters=tuple(states)), parts
 
 
 def commanded(
@@ -144,7 +180,7 @@ def remembered(
         _turned(xp, law, command, rotation, before, [step.resonators[k] for step in steps])
         for k, (rotation, before) in enumerate(each)
     )
-    return LinearMemory(integral, rate, resonators)
+    return LinearMemory(integral, rate, resonators, memory.filters)
 
 
 def _turned(

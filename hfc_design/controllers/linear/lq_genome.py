@@ -7,6 +7,7 @@ import numpy as np
 from hfc_design.controllers.gains.genome import GainVectors, Searched
 from hfc_design.controllers.linear import regulator
 from hfc_design.controllers.linear.genome import LinearGenome
+from hfc_design.controllers.linear.law import ERRORS
 from hfc_design.core.numbers import Floats, Json
 
 #: Factor between the weights of a good individual and the ends of their ranges.
@@ -15,8 +16,6 @@ WIDER = 100.0
 LIGHT = 0.03
 #: Weight of a resonator as a share of another weight (see ``weights``): lowest, highest, start.
 RESONANT = (1e-3, 1e4, 1.0)
-#: States of ``LqGenome.plain`` that are not called signals.
-ERRORS = ("error", "error_rate")
 
 
 class LqGenome(LinearGenome):

@@ -1,10 +1,10 @@
 """Records of linear controllers in design files and scenarios. Never imports JAX."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from operator import not_
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -23,8 +23,9 @@ from hfc_design.controllers.linear.law import (
     Structure,
     initial_memory,
     sample,
+    section,
 )
-from hfc_design.core.numbers import Json
+from hfc_design.core.numbers import Floats, Json
 from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record, ordered
 from hfc_design.core.wording import one_of
 
@@ -125,7 +126,41 @@ def resonator_name(k: int) -> str:
     return f"resonator_{k + 1}"
 
 
-class LinearDesign(ControllerRecord):
+#: Filters of a command, in this order, by their keys, which are also names of searched numbers.
+FILTERS = {"notch": ("notch_hz", "notch_width", "notch_depth"), "lowpass": ("lowpass_hz",)}
+Hz = Annotated[Positive | None, Field(exclude_if=not_)]
+
+
+def filters_of(values: Mapping[str, Any], every: float) -> dict[str, Floats]:
+    """Return the numbers of filters by kind, from ``values`` that may have other keys too."""
+    keys = {kind: names for kind, names in FILTERS.items() if values.get(names[0]) is not None}
+    return {kind: section(every, *(values[x] for x in names)) for kind, names in keys.items()}
+
+
+class FilteredRecord(ControllerRecord):
+    """Controller whose command can pass a notch and a low-pass."""
+
+    notch_hz: Hz = None  # centre of a notch in the command [Hz]; left out: no notch
+    #: its width at 3 dB, as a share of notch_hz [1]
+    notch_width: Annotated[Positive, Field(exclude_if=(0.5).__eq__)] = 0.5
+    #: gain there [1]
+    notch_depth: Annotated[NotNegative, Field(le=1, exclude_if=(0.1).__eq__)] = 0.1
+    lowpass_hz: Hz = None  # cut-off of a Butterworth low-pass of the command [Hz]; left out: none
+
+    @model_validator(mode="after")
+    def _filters_below_half_the_rate(self) -> Self:
+        for key in ("notch_hz", "lowpass_hz"):
+            if (hz := getattr(self, key) or 0.0) >= (half := 0.5 / self.sample_time_s):
+                raise ValueError(f"{key} = {hz}: must be below {half:g} Hz, half the sampling rate")
+        return self
+
+    @property
+    def filters(self) -> dict[str, Floats]:
+        """Numbers of the filters by kind."""
+        return filters_of(dict(self), self.sample_time_s)
+
+
+class LinearDesign(FilteredRecord):
     """Common base of the linear kinds; every gain in units of the command."""
 
     kp: Finite  # gain on the error [command/error]
@@ -189,6 +224,7 @@ class LinearDesign(ControllerRecord):
             ahead.coulomb_width or 1.0,
             ahead.load * ahead.expected_load,
             tuple((one.in_phase, one.quadrature) for one in self.resonators),
+            tuple(tuple(x.tolist()) for x in self.filters.values()),
         )
 
     def law(self, limit: float | None) -> AxisLaw:
@@ -207,7 +243,8 @@ class LinearDesign(ControllerRecord):
     def form(self) -> Structure:
         """Structure of the law."""
         angles = [x.frequency_rad_s * self.sample_time_s for x in self.resonators]
-        return Structure(tuple(self.signals), tuple((math.cos(x), math.sin(x)) for x in angles))
+        turns = tuple((math.cos(x), math.sin(x)) for x in angles)
+        return Structure(tuple(self.signals), turns, tuple(self.filters))
 
 
 class PidDesign(LinearDesign):
@@ -257,6 +294,13 @@ class LinearSettings(ControllerSettings):
     expected_load: Finite = 0.0  # expected load, which is fed forward [load]
     #: frequencies of periodic loads or errors, with a resonator for each [rad/s]
     load_frequencies_rad_s: Frequencies = Field((), exclude_if=not_)
+    notch: bool = Field(False, exclude_if=not_)  # whether a notch in the command is searched
+    lowpass: bool = Field(False, exclude_if=not_)  # whether a low-pass of the command is searched
+
+    @property
+    def filters(self) -> tuple[str, ...]:
+        """Names of the filters' numbers among the searched ones."""
+        return tuple(x for kind, names in FILTERS.items() if getattr(self, kind) for x in names)
 
     @property
     def staged(self) -> bool:
@@ -265,7 +309,7 @@ class LinearSettings(ControllerSettings):
 
     def names(self, signals: list[str]) -> list[str]:
         """Return names of all numbers that may be searched on a drive with these signals."""
-        return [*signals, *FORWARD, "coulomb_width", *self.resonators]
+        return [*signals, *FORWARD, "coulomb_width", *self.resonators, *self.filters]
 
     @property
     def resonators(self) -> tuple[str, ...]:
@@ -324,7 +368,7 @@ class WeightedSettings(LinearSettings):
             return fault
         drive = target.machine.drives[0]
         known = self.names([name for name in drive.inputs if name not in ERRORS])
-        further = (*FORWARD, "coulomb_width", *self.resonators)
+        further = (*FORWARD, "coulomb_width", *self.resonators, *self.filters)
         weighted = [name for name in known if name not in further]
         for name in self.tolerances:
             if name not in weighted:

@@ -32,6 +32,10 @@ def rows(record: LinearDesign, units: dict[str, str]) -> list[tuple[str, float, 
         ("ki, on its integral", record.ki, summed),
         ("kd, on its rate", record.kd, per("error_rate")),
         ("cut-off of the filter before kd", record.derivative_hz or None, "Hz"),
+        ("notch in the command", record.notch_hz, "Hz"),
+        ("its width", record.notch_width if record.notch_hz else None, "1"),
+        ("its gain there", record.notch_depth if record.notch_hz else None, "1"),
+        ("low-pass of the command", record.lowpass_hz, "Hz"),
     ]
     for name, gain in record.signals.items():
         entries.append((f"on {name.replace('_', ' ')}", gain, per(name)))

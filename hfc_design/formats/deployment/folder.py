@@ -23,18 +23,14 @@ def with_check(
     tabulated terms; default: those of the design. ``note`` is a remark for the page.
     """
     filled = values(design, files, same, note)
-    return {
-        **files,
-        "README.md": rendered("deployment/README.md.j2", design, **filled),
-        **checked(design, filled),
-    }
+    page = rendered("deployment/README.md.j2", design, **filled)
+    return {**files, "README.md": page, **checked(design, filled)}
 
 
 def of_axes(design: Design, axes: Sequence[str]) -> dict[str, Content]:
     """Return the files beside the folders of the axes: README page, and ``make check`` for all."""
-    return page_of_axes(design, axes) | {
-        "Makefile": rendered("deployment/axes.mk.j2", design, axes=axes)
-    }
+    checks = rendered("deployment/axes.mk.j2", design, axes=axes)
+    return page_of_axes(design, axes) | {"Makefile": checks}
 
 
 def page_of_axes(design: Design, axes: Sequence[str]) -> dict[str, Content]:
@@ -45,24 +41,18 @@ def page_of_axes(design: Design, axes: Sequence[str]) -> dict[str, Content]:
 
 def checked(design: Design, template_values: Json) -> dict[str, Content]:
     """Return ``Makefile``, and the folder ``check/`` with the test program and the test vectors."""
-    program = rendered("deployment/check.c.j2", design, **template_values)
-    return {
-        "Makefile": rendered("deployment/Makefile.j2", design, **template_values),
-        "check": {
-            "check.c": program,
-            "vectors.csv": table(design, template_values["vectors"], template_values["note"]),
-        },
-    }
+    check = {"check.c": rendered("deployment/check.c.j2", design, **template_values)}
+    check["vectors.csv"] = table(design, template_values["vectors"], template_values["note"])
+    recipe = rendered("deployment/Makefile.j2", design, **template_values)
+    return {"Makefile": recipe, "check": check}
 
 
 def table(design: Design, vectors: Vectors, note: str = "") -> str:
     """Return the test vectors as CSV; lines that begin with # describe them."""
     unit = signal_units(design).get("command", "")
-    notes = [
-        *([note] if note else []),
-        f"tolerance in double: {vectors.tolerance.double!r} {unit}",
-        f"tolerance in float: {vectors.tolerance.single!r} {unit}, where float is 1",
-    ]
+    notes = [note] if note else []
+    notes += [f"tolerance in double: {vectors.tolerance.double!r} {unit}"]
+    notes += [f"tolerance in float: {vectors.tolerance.single!r} {unit}, where float is 1"]
     lines = "".join(f"# {line}\n" for line in head(design, notes))
     return lines + csv_text([vectors.columns, *vectors.rows])
 
@@ -75,17 +65,12 @@ def values(
     text = "\n".join(files.values())
     unfit = re.search(r'#error "has to be in double: in float (.*)"', text)
     used = [x for x in FUNCTIONS if f"#define {x.upper()} {x}" in text]
-    filled = {
-        "name": name,
-        "note": note,
-        "sources": sorted(file for file in files if file.endswith(".c")),
-        "headers": sorted(file for file in files if file.endswith(".h")),
-        "library": "#include <math.h>" in text,
-        "functions": ", ".join(f"`{x}`" for x in used),
-        "only_double": unfit[1] if unfit else "",
-        "whole": design.kind.law is None,
-        "inputs": list(code.signals(design)),
-        "sizes": saving.size(design),
-        "unit": "".join(x for x in signal_units(design).get("command", "") if x not in '%"\\'),
-    }
-    return readme.values(design, test_vectors) | filled
+    filled = readme.values(design, test_vectors) | {"name": name, "note": note}
+    filled["sources"] = sorted(file for file in files if file.endswith(".c"))
+    filled["headers"] = sorted(file for file in files if file.endswith(".h"))
+    filled |= {"library": "#include <math.h>" in text, "whole": design.kind.law is None}
+    filled["functions"] = ", ".join(f"`{x}`" for x in used)
+    filled |= {"only_double": unfit[1] if unfit else "", "sizes": saving.size(design)}
+    filled["inputs"] = list(code.signals(design))
+    unit = signal_units(design).get("command", "")
+    return filled | {"unit": "".join(x for x in unit if x not in '%"\\')}

@@ -52,30 +52,22 @@ NOT = {
 def values(design: Design, vectors: Vectors) -> Json:
     """Return the values for the templates of the README page."""
     axes = vectors.axes if vectors.axes != ("",) else ()
-    return known(design, axes) | {
-        "axes": vectors.axes,
-        "signals": _signals(design, list(vectors.signals), axes, vectors),
-        "commands": _signals(design, ["command"], axes, vectors),
-        "path": vectors.path,
-        "vectors": vectors,
-    }
+    rows: Json = {"signals": _signals(design, list(vectors.signals), axes, vectors)}
+    rows["commands"] = _signals(design, ["command"], axes, vectors)
+    own = {"axes": vectors.axes, "path": vectors.path, "vectors": vectors}
+    return known(design, axes) | rows | own
 
 
 def known(design: Design, axes: tuple[str, ...]) -> Json:
     """Return facts on a design for any page; ``axes`` are those of a machine, () for one axis."""
     record = design.controller
     read = design.kind.reads(record) if design.kind.reads else []
-    return {
-        "design": design,
-        "kind": design.kind.name,
-        "scene": scene(design, read),
-        "connection": design.connected,
-        "connecting": _connecting(design),
-        "limits": {axis: design.limits.of(axis).command for axis in axes or (design.axis,)},
-        "changes": design.changes(axes or (design.axis,)),
-        "learns": saving.learns(design),
-        "about": origin(design),
-    }
+    limited = axes or (design.axis,)
+    facts: Json = {"design": design, "kind": design.kind.name, "about": origin(design)}
+    facts |= {"scene": scene(design, read), "learns": saving.learns(design)}
+    facts |= {"connection": design.connected, "connecting": _connecting(design)}
+    facts["limits"] = {axis: design.limits.of(axis).command for axis in limited}
+    return facts | {"changes": design.changes(limited)}
 
 
 class Origin(NamedTuple):
@@ -97,15 +89,9 @@ def origin(design: Design) -> Origin:
         (low, high), off = sampled["output_range"], float(sampled["largest_deviation"])
         source += f"; a table sampled from it, deviating by at most {off:.3g}"
         source += f", {percent(off / (high - low))} of the range of its output"
-    used = score.get("usable")
-    return Origin(
-        source,
-        plain(str(score.get("scenario", ""))),
-        measures(score),
-        score.get("chaotic") is True,
-        _usable(used),
-        _stress(used),
-    )
+    scenario, used = plain(str(score.get("scenario", ""))), score.get("usable")
+    chaotic = score.get("chaotic") is True
+    return Origin(source, scenario, measures(score), chaotic, _usable(used), _stress(used))
 
 
 def _signals(
@@ -163,9 +149,8 @@ def _usable(stored: object) -> str:
     off = f"with parameters within {100.0 * spread:.3g} %"
     passing = f"{100.0 * share:.3g} % of {machines:.0f} machines {off}"
     verdict = stored.get("verdict", "yes" if share >= ENOUGH else "no")
-    passing = (
-        f"usable on {passing}" if verdict == "yes" else f"{NOT.get(verdict, '')}passes on {passing}"
-    )
+    said = "usable on" if verdict == "yes" else f"{NOT.get(verdict, '')}passes on"
+    passing = f"{said} {passing}"
     with suppress(KeyError, TypeError, AttributeError, ValueError):  # edited by hand
         if missed := missed_text(stored.get("missed", {})):
             passing += f"; {plain(missed)}"

@@ -71,12 +71,8 @@ def commands(
     steps = begins + np.minimum(np.arange(lengths.max())[:, None], lengths - 1)  # (longest, parts)
     lanes = rows[steps].swapaxes(1, 2).reshape(len(steps), rows.shape[1], -1)
     views = map(view_of, lanes.astype(np.float32))
-    stepped = _stepped(
-        _controller(design, axes, law),
-        single(design.controller.law_gains()),
-        views,
-        lanes.shape[-1],
-    )
+    controller, gains = _controller(design, axes, law), single(design.controller.law_gains())
+    stepped = _stepped(controller, gains, views, lanes.shape[-1])
     parts = stepped.reshape(len(steps), len(begins), rows.shape[2], -1)
     each = [parts[:length, k] for k, length in enumerate(lengths)]
     return np.concatenate(each).swapaxes(0, 1)

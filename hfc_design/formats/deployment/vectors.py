@@ -21,10 +21,6 @@ from hfc_design.formats.deployment import single_precision, test_inputs
 from hfc_design.formats.laws import NO_CODE, of_path
 from hfc_design.runtime import Controller, Machine
 
-#: Names of a machine's path inputs.
-PATH = ("tangent_x", "tangent_y", "curvature", "contour_error")
-
-
 #: Number of samples within which nearly every signal that is used changes a command.
 SOON = 50
 
@@ -70,7 +66,7 @@ def vectors(design: Design, law: AxisLaw | None = None) -> Vectors:
     if connection := design.connected:
         names = tuple(connection.units)
         law = _connected_law(design, law) if kind.law else None
-    path = PATH[: len(of_path(design))]
+    path = tuple(name.removeprefix("path_") for name in of_path(design))
     inputs = _inputs(design, axes, names, len(path))
     commands = _commands(design, names, inputs, law)
 
@@ -194,10 +190,8 @@ def _moved(design: Design) -> Iterator[tuple[str, str, float]]:
         scenario = own_scenario(design, design.name)
         for motion in scenario.each_motion():
             for one, axis_samples in zip(scenario.plant.each(), motion.samples().axes, strict=True):
-                followed = {
-                    one.drive.position: axis_samples.reference,
-                    one.drive.velocity: axis_samples.reference_rate,
-                }
+                followed = {one.drive.position: axis_samples.reference}
+                followed[one.drive.velocity] = axis_samples.reference_rate
                 followed |= {name: getattr(axis_samples, name) for name in FOLLOWED}
                 for name, x in followed.items():
                     if x is not None and design.axis in ("", one.name):

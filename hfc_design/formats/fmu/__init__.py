@@ -5,6 +5,7 @@ An FMU contains a controller, a plant, or the closed loop of both. The control l
 """
 
 from collections.abc import Callable
+from typing import Any
 
 from hfc_design.files.design import Design
 from hfc_design.formats import compiling
@@ -15,24 +16,16 @@ from hfc_design.formats.fmu.description import Model
 from hfc_design.formats.writing import Content, Format
 
 
-def _format(name: str, what: str, model: Callable[[Design], Model], whole: bool) -> Format:
+def _format(name: str, what: str, model: Callable[[Design], Model], **more: Any) -> Format:
     def content(design: Design) -> Content:
         return fmus(model(design), design)
 
     text = f"a folder with FMUs for co-simulation by FMI 2.0 and 3.0: {what}"
-    return Format(
-        name,
-        text,
-        content,
-        whole=whole,
-        note=compiling.note,
-        ending=f"-{name}",
-        connects=name == "fmu",
-    )
+    return Format(name, text, content, note=compiling.note, ending=f"-{name}")._replace(**more)
 
 
 FORMATS = (
-    _format("fmu", "the controller", controller, whole=False),
+    _format("fmu", "the controller", controller, connects=True),
     _format("fmu-plant", "the plant", plant, whole=True),
     _format("fmu-loop", "the closed loop", loop, whole=True),
 )

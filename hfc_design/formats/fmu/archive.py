@@ -73,15 +73,9 @@ def _fmu(model: Model, design: Design, version: str) -> bytes:
 
 def _sources(model: Model, design: Design, version: str, token: str) -> dict[str, str]:
     """Return file name -> text of all C files; the ``token`` is written into the code."""
-    values = {
-        "token": token,
-        "version": version,
-        "variables": list(map(_in_c, model.variables)),
-        "at": {x.name: f"values[{k}]" for k, x in enumerate(model.variables)},
-        "body": model.body,
-        **model.values,
-        "every": model.every,
-    }
+    values: Json = {"token": token, "version": version, "part": model.part, **model.values}
+    values["variables"] = list(map(_in_c, model.variables))
+    values["at"] = {x.name: f"values[{k}]" for k, x in enumerate(model.variables)}
     names = (*AROUND, f"{version}.c")
     if taken := model.sources.keys() & set(names):
         message = f"the name {min(taken)} is used inside an FMU"

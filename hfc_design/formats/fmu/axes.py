@@ -127,18 +127,9 @@ def _axis(k: int, axis: Axis, head: str, start: State) -> tuple[Json, list[Varia
         variables.append(Variable(name, "parameter", units[field], what, value, fixed=True))
     for name, field in states.items():
         variables.append(Variable(name, "output", units[field], f"{_words(field)} as it is"))
-    part: Json = {
-        "k": k,
-        "plant": plant_code.name_of(drive),
-        "parameters": list(parameters.values()),
-        "states": states,
-        "starts": starts,
-        "load": f"{head}load",
-        "delayed": False,
-        "moments": [],
-        "readings": {},
-    }
-    return part, variables
+    part: Json = {"k": k, "plant": plant_code.name_of(drive), "load": f"{head}load"}
+    part |= {"parameters": [*parameters.values()], "states": states, "starts": starts}
+    return part | {"delayed": False, "moments": [], "readings": {}}, variables
 
 
 def _parameter(drive: Drive, key: str, name: str, axis: Axis) -> Variable:
@@ -187,14 +178,9 @@ def _sensing(
         place = f"{'signals' if name in measured_apart(drive) else 'seen'}.{name}"
         return {"place": place, "variable": noises[name].name if name in noises else ""}
 
-    values = {
-        "inputs": [given(name) for name in reads],
-        "delayed": limits.delay_samples > 0,
-        "position": given(drive.seen[0]),
-        "reference": f"{head}reference",
-        "turn": sensors.turn,
-    }
-    return values, [*noises.values()]
+    values: Json = {"inputs": [given(name) for name in reads], "turn": sensors.turn}
+    values |= {"position": given(drive.seen[0]), "reference": f"{head}reference"}
+    return values | {"delayed": limits.delay_samples > 0}, [*noises.values()]
 
 
 def _model(
@@ -207,32 +193,18 @@ def _model(
     values: Json,
 ) -> Model:
     """Return the model of a plant or a loop (``part``) from its variables and template values."""
-    names = {plant_code.name_of(axis.drive): axis.drive for axis in axes}
     sources: dict[str, str] = {}
-    for drive in names.values():
+    for drive in {plant_code.name_of(axis.drive): axis.drive for axis in axes}.values():
         sources |= plant_code.sources(drive, design)
-    step: list[str] = []  # name of the common step function if axes are coupled
+    coupled = ""  # name of the common step function if axes are coupled
     if scenario.machine.forces is not None:
         both = plant_code.coupled(scenario.machine, design)
-        step = [file.removesuffix(".h") for file in both if file.endswith(".h")]
+        coupled = next(file.removesuffix(".h") for file in both if file.endswith(".h"))
         sources |= both
-    controllers: list[Json] = values.get("controllers", [])
-    headers = [*names, *step, *dict.fromkeys(x["name"] for x in controllers)]
-    state = [f"{x['name']}_state {x['member']}" for x in controllers]
-    state += [f"{x['plant']}_state axis_{x['k']}" for x in values["axes"]]
-    every, name = design.controller.sample_time_s, f"{code.c_name(design)}_{part}"
-    values = {
-        "whole": None,
-        **values,
-        "controllers": controllers,
-        "headers": [f"{name}.h" for name in headers],
-        "state": state,
-        "faulty": "the machine and its control stay as they were",
-        "substeps": scenario.simulation.substeps,
-        "coupled": "".join(step),
-        "inputs": [x.name for x in variables if x.causality == "input"],
-    }
-    return Model(part, name, what, every, variables, sources, "fmu/machine.c.j2", values)
+    name, substeps = f"{code.c_name(design)}_{part}", scenario.simulation.substeps
+    common: Json = {"whole": None, "controllers": [], "coupled": coupled, "substeps": substeps}
+    common["faulty"] = "the machine and its control stay as they were"
+    return Model(part, name, what, variables, sources, common | values)
 
 
 def _controllers(

@@ -8,18 +8,15 @@ from hfc_design.files.design import Design
 from hfc_design.files.loop_setup import axes_of
 from hfc_design.formats import code, saving
 from hfc_design.formats.fmu.description import TIME, Model, Variable
-from hfc_design.formats.laws import of_path
 from hfc_design.formats.writing import each_axis
 
 #: Input -> start value other than 0: the controller is on if the importer does not set ``enable``.
-STARTS = {"enable": 1.0}
+STARTS = {"enable": 1.0, "path_tangent_x": 1.0}
 #: Description of the outputs after a faulty sample.
 FAULTY = "the commands are not a number, and the next sample goes on as if this one had not been"
 TRIPPED = Variable(
     "tripped", "output", "", "1 where an error was too large, until enable is off", discrete=True
 )
-#: Names of the path values that a controller of a machine reads.
-PATH = ("path.tangent_x", "path.tangent_y", "path.curvature", "path.contour_error")
 
 
 def commands_machine(design: Design) -> bool:
@@ -28,11 +25,7 @@ def commands_machine(design: Design) -> bool:
 
 
 def controller(design: Design) -> Model:
-    """Return the model of the controller alone, with the inputs and commands of its C code.
-
-    Raises:
-        UserError: in the cases of ``code.sources``.
-    """
+    """Return the model of the controller alone; UserError in the cases of ``code.sources``."""
     sources = code.sources(design)
     whole, called = commands_machine(design), code.c_name(design)
     read, each = code.signals(design), each_axis(design)
@@ -49,23 +42,12 @@ def controller(design: Design) -> Model:
         outputs.append(Variable(f"{head}command", "output", unit, meaning, discrete=True))
     path, tripped = path_variables(design), [TRIPPED] if design.connected else []
     variables = [TIME, *chain(*inputs), *path, *outputs, *tripped]
-    values = {
-        "headers": [f"{called}.h"],
-        "state": [f"{called}_state controller"],
-        "faulty": FAULTY,
-        "controller": called,
-        "controllers": [part(design, "controller")],
-        "inputs": [[x.name for x in variables] for variables in inputs],
-        "outputs": [x.name for x in outputs],
-        "tripped": [x.name for x in tripped],
-        "whole": whole,
-        "path": [x.name for x in path],
-    }
+    names = {"outputs": outputs, "tripped": tripped, "path": path}
+    values: Json = {key: [x.name for x in each] for key, each in names.items()}
+    values |= {"inputs": [[x.name for x in each] for each in inputs], "faulty": FAULTY}
+    values |= {"controller": called, "whole": whole, "controllers": [part(design, "controller")]}
     what = f"{design.controller.kind} controller {design.name} for the plant {design.plant.name}"
-    every = design.controller.sample_time_s
-    return Model(
-        "controller", called, what, every, variables, sources, "fmu/controller.c.j2", values
-    )
+    return Model("controller", called, what, variables, sources, values)
 
 
 def part(design: Design, member: str) -> Json:
@@ -76,12 +58,7 @@ def part(design: Design, member: str) -> Json:
 
 def path_variables(design: Design) -> list[Variable]:
     """Return the path variables that a controller reads; none if it does not use the path."""
-    units, _ = next(iter(each_axis(design).values()))
-    unit = units.get("error", "")
-    every = [
-        Variable(PATH[0], "input", "1", "along X, of the unit vector along the path", 1.0),
-        Variable(PATH[1], "input", "1", "along Y, of the unit vector along the path"),
-        Variable(PATH[2], "input", unit and f"1/{unit}", "of the path, positive to the left"),
-        Variable(PATH[3], "input", unit, "of the measured position, positive to the left"),
+    return [
+        Variable(name.replace("_", ".", 1), "input", unit, what, STARTS.get(name, 0.0))
+        for name, (unit, what) in code.path_inputs(design).items()
     ]
-    return every[: len(of_path(design))]

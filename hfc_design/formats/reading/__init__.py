@@ -8,7 +8,6 @@ outputs with shaped terms (Mamdani), and others on request, are sampled; the dev
 
 import hashlib
 import re
-from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from os.path import isdir
 from pathlib import Path
 
@@ -70,8 +69,7 @@ def imported(path: Path, wish: Wish) -> Design:
 
 def _text(data: bytes) -> str:
     """Return the text of a file from its bytes; ValueError: it is not text, or is empty."""
-    wide = data.startswith((BOM_UTF16_LE, BOM_UTF16_BE))
-    text = decoded(data, "utf-16" if wide else "utf-8-sig")
+    text = decoded(data, "utf-8-sig")
     if not text.strip():
         raise ValueError("is empty")
     return text

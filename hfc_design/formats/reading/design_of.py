@@ -87,19 +87,12 @@ def design_of(
     controller = make(base, system, _signals(system, wish, known))
     if kind == "aflc" and wish.like is None:
         controller = _with_room(controller)
-    data = {
-        "name": name,
-        "plant": plant,
-        "controller": controller,
-        "provenance": {
-            "source": f"imported from {path.name}",
-            "sha256": digests,
-            "terms": _originals(system),
-            **({"names": names} if (names := {} if gaussian else _renamed(system)) else {}),
-            **({"notes": [*system.notes]} if system.notes else {}),
-            **({"sampled": sampled} if sampled else {}),
-        },
-    }
+    origin = {"source": f"imported from {path.name}", "sha256": digests}
+    origin["terms"] = _originals(system)
+    names = {} if gaussian else _renamed(system)
+    more = {"names": names, "notes": [*system.notes], "sampled": sampled}
+    origin |= {key: value for key, value in more.items() if value}
+    data = {"name": name, "plant": plant, "controller": controller, "provenance": origin}
     return checked(Design, data, path, path.parent)
 
 
@@ -107,12 +100,8 @@ def assumptions_text(provenance: Json) -> list[str]:
     """Return lines for the user: notes on the file, and names that were changed."""
     names = [f"{old[:40]} is {new}" for new, old in provenance.get("names", {}).items()]
     more = f" and {len(names) - NAMED} more, see provenance.names" if len(names) > NAMED else ""
-    line = (
-        [f"renamed, as names must be identifiers: {', '.join(names[:NAMED])}{more}"]
-        if names
-        else []
-    )
-    return [*provenance.get("notes", []), *line]
+    line = f"renamed, as names must be identifiers: {', '.join(names[:NAMED])}{more}"
+    return [*provenance.get("notes", []), *([line] if names else [])]
 
 
 def assumed(wish: Wish, design: Design) -> str:
@@ -124,11 +113,8 @@ def assumed(wish: Wish, design: Design) -> str:
         assumptions["--plant"] = f"plant {design.plant.name}"
     if wish.sample_time is None:
         assumptions["--sample-time"] = f"sample time {design.controller.sample_time_s:g} s"
-    return (
-        f"{', '.join(assumptions.values())} assumed: {', '.join(assumptions)}"
-        if assumptions
-        else ""
-    )
+    line = f"{', '.join(assumptions.values())} assumed: {', '.join(assumptions)}"
+    return line if assumptions else ""
 
 
 def checked_name(name: str) -> str:
@@ -160,9 +146,8 @@ def _signals(system: System, wish: Wish, known: list[str]) -> tuple[str, str]:
             shown = name or "NAME"
             typed = shlex.quote(f"{shown}={free[0]}")
             example = either(f"--signal {typed}", f"signals={ {shown: free[0]} }")
-            raise item.name.fault(
-                f"input {name!r}: needs its signal, as in {example}; available: {', '.join(free)}"
-            )
+            needed = f"needs its signal, as in {example}; available: {', '.join(free)}"
+            raise item.name.fault(f"input {name!r}: {needed}")
     return first, second
 
 
@@ -214,15 +199,10 @@ def _fuzzy(base: Json, system: System, signals: tuple[str, str]) -> Json:
     (engine,) = identifiers([system.name or called["output"]], "engine")
     if engine != called["output"]:  # if equal, the system has no own name
         called["engine"] = engine
-    return {
-        "integral_gain": 0.0,
-        **base,
-        "error_terms": error.triangles,
-        "error_change_terms": change.triangles,
-        "rules": _rules(table),
-        "names": called,
-        "ranges": _ranges(error, change, system.output, table),
-    }
+    own: Json = {"error_terms": error.triangles, "error_change_terms": change.triangles}
+    own |= {"rules": _rules(table), "names": called}
+    own["ranges"] = _ranges(error, change, system.output, table)
+    return {"integral_gain": 0.0, **base, **own}
 
 
 def _ranges(error: Input, change: Input, output: Output, table: list[list[Singleton]]) -> Json:
@@ -274,14 +254,9 @@ def _hierarchy(base: Json, system: System, signals: tuple[str, str]) -> Json:
     row, column = signals
     table = [[one.value for one in values] for values in _table(system)]
     unit = {"id": 0, "column_input": column, "row_input": row, "consequents": table}
-    return {
-        "pd": {"kp": 0.0, "kd": 0.0},
-        "output_scale": 1.0,
-        **base,
-        "inputs": [{"name": name, "scale": scales.get(name, 1.0)} for name in (column, row)],
-        "terms": _flat_gaussians(first.terms),
-        "units": [unit],
-    }
+    inputs = [{"name": name, "scale": scales.get(name, 1.0)} for name in (column, row)]
+    own: Json = {"inputs": inputs, "terms": _flat_gaussians(first.terms), "units": [unit]}
+    return {"pd": {"kp": 0.0, "kd": 0.0}, "output_scale": 1.0, **base, **own}
 
 
 def _flat_gaussians(terms: Sequence[Shape]) -> list[Json]:

@@ -70,10 +70,8 @@ def notes_on(head: Block, conclusions: Sequence[object]) -> list[str]:
     method = unquoted(head.get("AggMethod", "sum")).text
     if method == "sum" or len({*conclusions}) == len(conclusions):
         return []
-    return [
-        f"AggMethod {method}: rules with the same conclusion are added as in MATLAB, not as "
-        "in Octave"
-    ]
+    same = "rules with the same conclusion are added as in MATLAB, not as in Octave"
+    return [f"AggMethod {method}: {same}"]
 
 
 def checked_sections(text: str, system: Allowed, wanted: str | None) -> list[Block]:
@@ -312,9 +310,8 @@ def _rule(rule: Token, counts: list[int], mamdani: bool) -> Rule:
     numbers = numbers_in(rule, match[:3])
     for number, count in zip(numbers, counts, strict=True):
         if abs(number) > count:
-            raise rule.fault(
-                f"the term of a rule must be 1 to {count}, or 0 for any (got {number})"
-            )
+            allowed = f"must be 1 to {count}, or 0 for any (got {number})"
+            raise rule.fault(f"the term of a rule {allowed}")
     if numbers[2] == 0 or not any(numbers[:2]):
         raise rule.fault("a rule must have a term of an input and one of the output")
     if numbers[2] < 0 and not mamdani:

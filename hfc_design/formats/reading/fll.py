@@ -178,10 +178,8 @@ def _singleton(term: Token) -> Singleton:
 def _add(system: System, rule: Token, output: str, singletons: dict[str, Singleton]) -> None:
     names = [item.name.text for item in system.inputs]
     if not (match := rule.match(RULE)):
-        raise rule.fault(
-            f"rule {rule.text[:60]!r} cannot be imported; must be: if {names[0]} is TERM "
-            f"and {names[1]} is TERM then {output} is TERM"
-        )
+        form = f"if {names[0]} is TERM and {names[1]} is TERM then {output} is TERM"
+        raise rule.fault(f"rule {rule.text[:60]!r} cannot be imported; must be: {form}")
     *pairs, target, conclusion, weight = match
     if weight.text and weight.number() != 1.0:
         raise rule.fault(f"the weight of a rule must be 1 (got {weight.text})")
@@ -257,11 +255,8 @@ def rule_base(text: str, wanted: str | None = None) -> RuleBase:
         raise rules.name.fault("there are no rules")
     base = RuleBase(head.name.text, inputs, result, listed, methods, conclusions)
     if not shaped and by[3] not in SUMS and len({rule.term for rule in listed}) < len(listed):
-        note = (
-            f"{by[3]} of rules with the same conclusion is computed as in fuzzylite 8; "
-            "older versions add"
-        )
-        return base._replace(notes=[note])
+        computed = "is computed as in fuzzylite 8; older versions add"
+        return base._replace(notes=[f"{by[3]} of rules with the same conclusion {computed}"])
     return base
 
 
@@ -280,9 +275,8 @@ def _count(defuzzifier: Token, words: list[str]) -> int:
         return PLACES
     whole = len(words) == 1 and re.fullmatch("[0-9]{1,9}", words[0])
     if not whole or not 2 <= int(words[0]) <= MOST_PLACES:
-        raise defuzzifier.fault(
-            f"defuzzifier: must have a resolution of 2 to {MOST_PLACES} (got {defuzzifier.text!r})"
-        )
+        allowed = f"must have a resolution of 2 to {MOST_PLACES} (got {defuzzifier.text!r})"
+        raise defuzzifier.fault(f"defuzzifier: {allowed}")
     return int(words[0])
 
 
@@ -338,9 +332,8 @@ def _rule(rule: Token, variables: tuple[Variable, ...], by: Sequence[str]) -> Ru
         raise rule.fault(f"the weight of a rule must be 0 to 1 (got {number:g})")
     term, hedges = _said(conclusion, output)
     if hedges:  # fuzzylite would apply it to the firing strength
-        raise conclusion.fault(
-            f"a hedge before a conclusion is not allowed (got {conclusion.text[:40]!r})"
-        )
+        got = f"(got {conclusion.text[:40]!r})"
+        raise conclusion.fault(f"a hedge before a conclusion is not allowed {got}")
     return Rule(_condition(condition, inputs, by), term, [], number)
 
 

@@ -201,13 +201,10 @@ def sampled(base: RuleBase, wanted: tuple[int, int] | None) -> tuple[System, Jso
     row, column = np.argwhere(off >= (1.0 - SAME) * off.max())[0]
     names = [variable.name.text for variable in base.inputs]
     at = (sides[0].values[row], sides[1].values[column])
-    report = {
-        "terms": f"{len(x)} x {len(y)}",
-        "largest_deviation": float(off.max()),
-        "at": dict(zip(names, map(float, at), strict=True)),
-        "output_range": [float(grid.min()), float(grid.max())],
-        "points": f"{len(sides[0].values)} x {len(sides[1].values)}",
-    }
+    report: Json = {"terms": f"{len(x)} x {len(y)}", "largest_deviation": float(off.max())}
+    report["at"] = dict(zip(names, map(float, at), strict=True))
+    report["output_range"] = [float(grid.min()), float(grid.max())]
+    report["points"] = f"{len(sides[0].values)} x {len(sides[1].values)}"
     if pairs := base.left_out():
         report["without_rule"] = pairs
     inputs = _input(base.inputs[0], x), _input(base.inputs[1], y)

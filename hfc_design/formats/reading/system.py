@@ -189,11 +189,9 @@ class Shape(NamedTuple):
         if self.low == self.high:
             return self.low
         if (self.low <= lowest) == (self.high >= highest):
-            raise self.fault(
-                f" must be a triangle (got flat from {self.low} to {self.high}); only the "
-                f"outermost terms may be flat, up to the end of the range ({lowest} to "
-                f"{highest})"
-            )
+            flat = f"must be a triangle (got flat from {self.low} to {self.high})"
+            ends = f"up to the end of the range ({lowest} to {highest})"
+            raise self.fault(f" {flat}; only the outermost terms may be flat, {ends}")
         return self.high if self.low <= lowest else self.low
 
 
@@ -262,9 +260,8 @@ class System(NamedTuple):
         """Add a rule; ValueError: there is already one for its terms."""
         earlier, _ = self.rules.setdefault(places, (said, singleton))
         if earlier is not said:
-            raise said.fault(
-                f"a second rule for the same two terms; the first is in line {earlier.line}"
-            )
+            twice = "a second rule for the same two terms"
+            raise said.fault(f"{twice}; the first is in line {earlier.line}")
 
 
 def input_of(name: Token, low: float, high: float, shapes: Sequence[Shape]) -> Input:

@@ -192,10 +192,8 @@ def _ball_bar(figure: Figure, known: Known, division: float) -> tuple[Axes, str]
     path = known[0][1]
     assert isinstance(path.trajectory, Circle)
     enlarged = BAR * path.trajectory.radius_mm / (division * path.millimetres)
-    return (
-        axes,
-        f"deviations from the black circle are {enlarged:.0f} times enlarged, outwards is positive",
-    )
+    text = f"deviations from the black circle are {enlarged:.0f} times enlarged"
+    return axes, f"{text}, outwards is positive"
 
 
 def _across(figure: Figure, known: Known, division: float) -> tuple[Axes, str]:

@@ -19,6 +19,7 @@ STATES = {
     "integral": load_design("jee-koren-2004-pid"),
     "sample before": load_design("lin-lee-1999-table-1"),
     "resonators": made_up.resonating(made_up.linear("lqi", 1), 3, 2.0, 50.0, 900.0),
+    "filters": made_up.hierarchy_on_linear(1, notch_hz=60.0, lowpass_hz=150.0),
     "table that adapts": load_design("jee-koren-2004-aflc"),
     "rules that adapt": load_design("jee-koren-1995-soflc"),
     "blame": load_design("huang-soc"),

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 import pytest
+from scipy.signal import butter, freqz, iirnotch
 from wording import refused
 
 from hfc_design import api
@@ -179,6 +180,21 @@ def test_a_robust_search_without_margins_still_keeps_loops_that_the_answer_calls
     controller, gains = controller_of(api.load_design("pd-only"), scenario)
     asked = Problem(scenario)._margins.of(controller)
     assert (asked.broken(gains._replace(kp=sign * gains.kp))[0] > 0.0) == broken
+
+
+def test_filters_of_a_command_are_factors_of_the_open_loop():
+    """At a speed and at rest, as SciPy has them."""
+    scenario, hz = api.load_scenario("c-axis-ramp"), np.array([3.0, 20.0, 60.0, 300.0])
+    gains = {"kp": 3000.0, "ki": 500.0, "kd": 900.0}
+    filters = {"notch_hz": 50.0, "notch_width": 0.2, "notch_depth": 0.0, "lowpass_hz": 120.0}
+    designs = [api.with_gains(scenario, "pid+ff", gains | more) for more in ({}, filters)]
+    pairs = zip(*(loop_margins(design, scenario).rows for design in designs), strict=True)
+    width = np.arctan(0.5 * 0.2 * np.sin(2e-3 * np.pi * 50.0)) / np.pi * 1e3
+    each = butter(2, 120.0, fs=1e3), iirnotch(50.0, 50.0 / width, 1e3)
+    factor = np.prod([freqz(*one, hz, fs=1e3)[1] for one in each], axis=0)
+    for pair in pairs:
+        plain, other = (row.loop.transfer(2e-3 * np.pi * hz) for row in pair)
+        np.testing.assert_allclose(other / plain, factor, rtol=1e-6)
 
 
 def test_far_off_where_its_tables_have_ended_a_hierarchy_answers_an_error_as_its_pd_alone():

@@ -80,8 +80,8 @@ def test_a_page_for_a_paper_has_what_the_command_writes(tmp_path):
     assert (tmp_path / "b-figures/machines.pdf").exists()
     for wrong, why in [
         ({"width": "88mm"}, "width: applies to figures"),
-        ({"figures": "png"}, "figures = 'png': must be one of pdf, svg, pgf"),
-        ({"figures": "pdf", "width": 88}, "width = 88: must be a string"),
+        ({"figures": "png"}, "figures='png': must be one of pdf, svg, pgf"),
+        ({"figures": "pdf", "width": 88}, "width=88: must be a number with a unit"),
     ]:
         with pytest.raises(hfc.UserError, match=why):
             hfc.report("pd-only", tmp_path / "c.html", scenario=short, **wrong)

@@ -6,12 +6,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import click
 import pytest
 from click.shell_completion import BashComplete, FishComplete, ZshComplete
 from click.testing import CliRunner
 
 from hfc_design.cli import main
-from hfc_design.cli import options as common
 from hfc_design.cli.binding import Answer, Texts, Together, argument, command, option
 from hfc_design.core.tables import text
 from hfc_design.files.design import builtin_designs
@@ -34,11 +34,10 @@ def scale(
     number: float = argument(),
     law=SCALED,
     names: Texts = option("Names.", "--name"),
-    least: int = option("Least.", low=1, default=1),
+    least: int = option("Least.", kind=click.IntRange(1), default=1),
     out_file: Path | None = option("File."),
     loud: bool = option("Loud."),
-    _as_json: bool = common.AS_JSON,
-):
+) -> Answer:
     """Scale NUMBER by a law."""
     found = {"value": law(number), "names": names, "least": least, "loud": loud}
     return Answer(found, lambda: [text(f"value {found['value']:g}")], [out_file or Path("-")])

@@ -81,7 +81,7 @@ def test_what_is_no_circle_is_refused():
     assert refused(one, "--column", "y=q", "--limit", "Gb").where == "--limit Gb"
     assert refused(one, "--column", "y=q", "--limit", "Q=1").where == "one.csv"
     assert refused(one, "--column", "y=q", "--limit", "G=0").where == "--limit G=0"
-    assert refused(one, "--radius", "0").where == "--radius 0"
+    assert refused(one, "--radius", "0").where == "--radius 0.0"
     assert (
         refused(one, "--set", "plant.parameters.mass=1").where == "--change, --scenario and --set"
     )

@@ -26,7 +26,7 @@ MISTAKES = {
     "design --polsh 3": "design",
     "--bogus": "no such option '--bogus'",
     "desing": "desing",
-    "compare a --tolerance b": "--tolerance",
+    "compare a --tolerance b": "--tolerance b",
     "stability --gain -1": "--gain -1.0",
     "stability --sample-time 0": "--sample-time 0.0",
     "stability --sample-time 9": "sample time / time constant",

@@ -115,20 +115,23 @@ def test_tangent_arc_is_entered_at_the_lower_feed():
 
 
 @settings(deadline=None)
-@given(segments, st.sampled_from([30.0, 500.0]))
-def test_motion_keeps_its_limits_and_its_speed_is_the_derivative(parts, acceleration):
+@given(segments, st.sampled_from([30.0, 500.0]), st.sampled_from([None, 60.0, 9000.0]))
+def test_motion_keeps_its_limits_and_its_speed_is_the_derivative(parts, acceleration, jerk):
     path, end = chained(parts)
-    moves = motion(path, acceleration)
+    moves = motion(path, acceleration, jerk)
     time = np.linspace(0.0, moves.duration, 400)
-    way, speed, _ = moves.at(time)
+    way, speed, change = moves.at(time)
     assert (np.diff(way) >= 0).all()
+    if jerk:
+        assert (np.abs(np.diff(change)) <= jerk * time[1] * (1 + 1e-9) + 1e-9).all()
     assert way[-1] == pytest.approx(path.knots[-1])
     assert speed[-1] == 0.0
     step = time[1]
     assert (np.abs(np.diff(speed)) <= acceleration * step * (1 + 1e-9) + 1e-9).all()
     k = np.clip(np.searchsorted(path.knots, way, side="right") - 1, 0, len(parts) - 1)
     inside = np.abs(way[:, None] - path.knots).min(axis=1) > 1e-9
-    assert (speed <= path.feed[k] / 60 * (1 + 1e-12))[inside].all()
+    rounding = 1e-9 if jerk else 1e-12  # of differences of ways
+    assert (speed <= path.feed[k] / 60 * (1 + rounding))[inside].all()
     for knot in path.knots[1:-1][path.corners()]:  # it stops there
         near_it = np.interp(knot, way, time)
         assert moves.at(np.array([near_it]))[1] < acceleration * step
@@ -216,7 +219,7 @@ def test_impossible_paths_are_refused(kind, values):
     [
         Circle(radius_mm=20.0, feed_mm_min=377.0, direction="cw", cycles=2.5),
         Line(length_mm=9.0, angle_deg=TILT, feed_mm_min=600.0, acceleration_mm_s2=50.0),
-        Polyline(points_mm=[(0, 0), (0.1, -3.7)], feed_mm_min=600.0),
+        Polyline(points_mm=[(0, 0), (0.1, -3.7)], feed_mm_min=600.0, jerk_mm_s3=900.0),
     ],
 )
 def test_a_reference_survives_toml(reference):

@@ -70,6 +70,32 @@ def test_trapezoidal_too_short_for_its_velocity_is_a_triangle():
     assert rate(move, *times) == pytest.approx([0.0, -0.5, -1.0, -0.5, 0.0, 0.0])
 
 
+def test_a_limit_of_the_jerk_rounds_a_move():
+    """The mean of 0.1 s = a / j of a move: the acceleration rises for 0.1 s, then as before."""
+    move = Trapezoidal(distance=1.0, velocity=0.5, acceleration=2.0, jerk=20.0)
+    assert move.duration_s == pytest.approx(2.25 + 0.1)
+    times = (0.0, 0.05, 0.1, 0.25, 0.35, 1.175, 2.3, 2.35, 9.0)
+    small = 20.0 * 0.05**3 / 6
+    by_hand = [0.0, small, 1 / 300, 1 / 300 + 0.015 + 0.0225, 0.0875, 0.5, 1 - small, 1.0, 1.0]
+    assert at(move, *times) == pytest.approx(by_hand, abs=1e-15)
+    by_hand = [0.0, 0.025, 0.1, 0.4, 0.5, 0.5, 0.025, 0.0, 0.0]
+    assert rate(move, *times) == pytest.approx(by_hand, abs=1e-14)
+    found = move.samples(np.array(times)).reference_acceleration
+    assert found == pytest.approx([0.0, 1.0, 2.0, 2.0, 0.0, 0.0, -1.0, 0.0, 0.0], abs=1e-12)
+
+
+def test_a_short_move_brakes_at_once_and_needs_twice_the_time_for_its_jerk():
+    """-0.5 rad in 1 s without; from 2 to -2 rad/s2 in 0.2 s, so that the peak is 0.9 rad/s."""
+    move = Trapezoidal(distance=-0.5, velocity=3.0, acceleration=2.0, jerk=20.0)
+    assert move.duration_s == pytest.approx(1.2)
+    assert rate(move, 0.6) == pytest.approx([-0.9])
+    assert at(move, 0.6, 1.2, 3.0) == pytest.approx([-0.25, -0.5, -0.5], abs=1e-15)
+    step = 0.004
+    third = np.diff(move.samples(np.arange(-0.1, 1.4, step)).target, 3) / step**3
+    assert np.abs(third).max() == pytest.approx(20.0, rel=1e-6)
+    assert at(Trapezoidal(distance=0.0, velocity=3.0, acceleration=2.0, jerk=20.0), 1.0) == [0.0]
+
+
 @pytest.fixture
 def table(tmp_path):
     path = tmp_path / "angle.csv"
@@ -134,6 +160,7 @@ def test_rate_is_the_derivative_of_the_angle(table):
         Step(height=0.1, time_s=0.7),
         Trapezoidal(distance=1.0, velocity=0.5, acceleration=2.0),
         Trapezoidal(distance=-0.5, velocity=3.0, acceleration=2.0),
+        Trapezoidal(distance=1.0, velocity=0.5, acceleration=2.0, jerk=7.0),
         table,
     )
     h = 1e-5

@@ -132,7 +132,7 @@ def test_it_says_what_everything_is():
         ((".", "--out", "x.html"), "--out x.html"),
         ((NAME, "--width", "88mm"), "--width"),
         ((NAME, "--figures", "png"), "--figures png"),
-        ((NAME, "--figures", "pdf", "--width", "3mm"), "--width"),
+        ((NAME, "--figures", "pdf", "--width", "3mm"), "--width 3mm"),
     ],
     ids=["each", "folder", "width", "png", "narrow"],
 )

@@ -91,6 +91,7 @@ def test_the_paper_s_algorithm_searches_a_pd_alone():
 def test_what_the_population_does_the_design_file_does():
     """The load that is expected too, which the file holds as gain times load."""
     own = {"expected_load": 5.0, "load_frequencies_rad_s": [1.0, 50.0]}
+    own |= {"notch": True, "lowpass": True}
     genome = genome_of(on_linear("c-axis-ramp-cutting", own))
     found = genome.fresh(np.zeros(4, int), np.random.default_rng(1))
     gains = genome.gains(found).linear

@@ -42,9 +42,15 @@ def test_the_record_holds_what_the_law_does():
     """With a load that is expected: gain x load in the file is the constant of the law."""
     scenario = api.load_scenario(
         "c-axis-ramp-cutting",
-        {"controller": {"kind": "lqi", "expected_load": 5.0, "load_frequencies_rad_s": [1, 50]}},
+        {
+            "controller": {"kind": "lqi", "expected_load": 5.0, "load_frequencies_rad_s": [1, 50]}
+            | {"notch": True, "lowpass": True},
+            "stress.modes": [{"hz": 60.0}, {"hz": 30.0}],
+        },
     )
     made = genome_of(scenario)
+    notch = made.searched["notch_hz"]  # around the modes, where it starts
+    assert (notch.low, notch.start, notch.high) == (15.0, 60.0, 120.0)
     one = taken(fresh(made), slice(5, 6))
     record = made.record(one)
     design = api.with_gains(scenario, "lqi", {k: x for k, x in record.items() if k != "kind"})

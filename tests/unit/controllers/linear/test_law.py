@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from linear_designs import EVERY, STILL, design, filters, one
 from scipy.linalg import solve_discrete_are
-from scipy.signal import lfilter
+from scipy.signal import butter, freqz, iirnotch, lfilter
 from wording import refused
 
 from hfc_design import api
@@ -69,6 +69,9 @@ def test_the_filter_is_that_of_scipy():
         ("signals", {"error": 1.0}),
         ("feed_forward", {"coulomb": 1.0}),
         ("derivative_hz", -1.0),
+        ("notch_hz", 50.0),
+        ("lowpass_hz", 60.0),
+        ("notch_depth", 1.5),
         ("resonators", [one(50.0, 1.0, 1.0), one(1.0, 1.0, 1.0)]),
         ("resonators", [one(400.0, 1.0, 1.0)]),
     ],
@@ -79,6 +82,26 @@ def test_a_design_that_cannot_run_is_refused(key, value):
     with refused() as found:
         parse_design(json.dumps(data), "mine.json")
     assert f"mine.json: controller.{key}" in found.refusal
+
+
+def test_filters_of_the_command_are_those_of_scipy():
+    """A Butterworth low-pass, and notches, in whose digital width is the sine of the frequency."""
+    hz, every = np.array([0.5, 10.0, 24.0, 30.0, 36.0, 49.0]), 1e-2
+
+    def response(**own):
+        controller = Controller(design(kp=2.0, every=every, **own))
+        answer = [controller.step(STILL | {"error": float(not k)}) for k in range(400)]
+        return np.exp(-2j * np.pi * np.outer(hz, every * np.arange(400))) @ answer / 2.0
+
+    plain = freqz(*butter(2, 24.0, fs=1 / every), hz, fs=1 / every)[1]
+    np.testing.assert_allclose(response(lowpass_hz=24.0), plain, atol=1e-12)
+    width = np.arctan(0.5 * 0.4 * np.sin(2 * np.pi * 30.0 * every)) / np.pi / every
+    plain = freqz(*iirnotch(30.0, 30.0 / width, 1 / every), hz, fs=1 / every)[1]
+    notch = {"notch_hz": 30.0, "notch_width": 0.4}
+    np.testing.assert_allclose(response(**notch, notch_depth=0.0), plain, atol=1e-12)
+    # A notch of the depth d is d of the command, and 1 - d of it through a notch of the depth 0.
+    deep = response(**notch, notch_depth=0.25)
+    np.testing.assert_allclose(deep, 0.25 + 0.75 * plain, atol=1e-12)
 
 
 def test_it_is_the_filter_of_scipy():
