@@ -1,9 +1,9 @@
 """Frequency responses of logs and designs, from a script."""
 
 from collections.abc import Sequence
-from os.path import isfile
 from pathlib import Path
 
+from hfc_design.calls.circling import is_log
 from hfc_design.core.arguments import check_positive, check_whole, path_of
 from hfc_design.core.overrides import Changes
 from hfc_design.core.records import UserError, option
@@ -70,8 +70,8 @@ def frequency(
         check_positive("amplitude", amplitude, argument="amplitudes")
     if not logs_and_designs:
         raise UserError("a log or a design is missing")
-    logs = [x for x in logs_and_designs if _is_log(x)]
-    designs = [x for x in logs_and_designs if not _is_log(x)]
+    logs = [x for x in logs_and_designs if is_log(x)]
+    designs = [x for x in logs_and_designs if not is_log(x)]
     if cycles and not designs:
         raise UserError(f"{option('cycles', argument='cycles')}: needs a design")
     responses, found = list[FrequencyResponse](), []
@@ -86,10 +86,3 @@ def frequency(
         responses += simulated_response(design, scenario, *about)
         found += limit_cycles(design, scenario, axis) if cycles else []
     return Frequencies(responses, found if cycles else None)
-
-
-def _is_log(source: object) -> bool:
-    """Return whether a source is a log: a file, but not JSON."""
-    if not isinstance(source, str | Path):
-        return False
-    return isfile(source) and Path(source).suffix.lower() != ".json"

@@ -19,8 +19,6 @@ from hfc_design.report import REPORT, rendered
 
 #: Period of the points of a sine in G-code [s].
 POINTS = 0.02
-#: G-code letter of an axis that has another name.
-LETTER = {False: "X", True: "C"}
 
 
 def write(made: Experiment, axis: Axis, plant: str, path: Path, command: str) -> None:
@@ -120,7 +118,8 @@ def _c(made: Experiment) -> Iterator[str]:
 def _gcode(made: Experiment, axis: Axis) -> Iterator[str]:
     """Yield the program: moves with their feeds, all else as points in inverse time (G93)."""
     size = axis.length or 180.0 / np.pi
-    letter = axis.name.upper() if axis.name.upper() in tuple("XYZABC") else LETTER[not axis.length]
+    other = "X" if axis.length else "C"
+    letter = axis.name.upper() if axis.name.upper() in tuple("XYZABC") else other
     unit = "mm" if axis.length else "deg"
     yield f"(Experiment of hfc-design, {unit}, from the middle of the travel)"
     yield "G21 G91.1 G90 G94 G64 P0"
