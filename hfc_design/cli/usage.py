@@ -108,7 +108,9 @@ def check_once(ctx: click.Context, arguments: list[str]) -> None:
         name, values = option.opts[0], typed[option.name]
         if times > 1 and not (option.multiple or option.is_flag):
             raise click.UsageError(f"{name} must be given once (got it {times} times)", ctx)
-        if isinstance(option.type, NUMBERS) and ("_" in values or not values.isascii()):
+        if isinstance(option.type, NUMBERS) and any(
+            "_" in x or not x.isascii() for x in ([values] if isinstance(values, str) else values)
+        ):
             raise click.BadParameter("", ctx, option)  # int() and float() would accept it
         if option.multiple and KEYED.fullmatch(option.metavar or ""):
             keys = Counter(text.partition("=")[0].strip() for text in values)

@@ -48,7 +48,7 @@ def test_a_limit_cycle_of_the_milling_table_is_predicted_within_five_percent():
 
 
 def test_a_command_line_draws_what_it_tells(tmp_path):
-    call = ["frequency", "pd-only", "--machines", "3", "--frequencies", "20"]
+    call = ["frequency", "pd-only", "--machines", "3", "--frequencies", "20", "--amplitude", "1"]
     done = CliRunner().invoke(main, [*call, "--cycles", "--plot", str(tmp_path / "own.svg")])
     assert done.exit_code == 0
     assert "no limit cycle is predicted" in " ".join(done.output.split())
