@@ -33,6 +33,7 @@ NEEDED = (
     "jinja2",
     "numpy",
     "pint",
+    "psutil",
     "pydantic",
     "scipy",
     "threadpoolctl",

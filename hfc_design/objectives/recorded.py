@@ -68,13 +68,14 @@ def cutting(off: Contour) -> Floats:
 
 
 def circular(reduce_turns: Callable[..., Any], directions: int, off: Contour) -> Floats | None:
-    """Return a function of the full turns of a circle and its radius; None: there are too few."""
+    """Return a function of the full turns of a circle and its radius; None: too few, or no motion."""
     assert isinstance(off.trajectory, Circle)
     radius = off.trajectory.radius_mm
     parts = full_turns(off.samples.position, radius)[0].values()
     turns = [off.actual[:, part] / off.millimetres for part in parts]
-    short = len(turns) < directions
-    return None if short else np.asarray(reduce_turns(turns, radius / off.millimetres))
+    if len(turns) < directions or not all(np.ptp(turn, axis=1).any() for turn in turns):
+        return None
+    return np.asarray(reduce_turns(turns, radius / off.millimetres))
 
 
 def after(glitches: Sequence[Glitch]) -> Floats:
