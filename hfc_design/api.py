@@ -15,6 +15,7 @@ from hfc_design.calls.circling import circle
 from hfc_design.calls.exchanging import export, import_
 from hfc_design.calls.frequency import frequency
 from hfc_design.calls.identifying import check, experiment, identify
+from hfc_design.calls.laps import laps
 from hfc_design.calls.searching import design, pick, with_gains
 from hfc_design.calls.showing import comparison_page, explain, plot, report
 from hfc_design.calls.stability import stability
@@ -46,6 +47,7 @@ from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
 from hfc_design.plotting.section import Drawing, Section
 from hfc_design.report.circle import CircleTest
 from hfc_design.report.designs import picture
+from hfc_design.report.laps import Laps
 from hfc_design.runs.run import Result
 from hfc_design.runtime import Controller
 from hfc_design.search.loop import STRATEGIES, Search
@@ -113,7 +115,7 @@ __all__ += ["Lesson", "Taught", "taught"]
 # Evaluation, robustness, stability, comparison, best attainable result, batches.
 __all__ += ["Evaluation", "evaluate", "learned_in", "trajectory_csv"]
 __all__ += ["Robustness", "Usable", "robustness", "usable"]
-__all__ += ["Frequencies", "frequency"]
+__all__ += ["Frequencies", "Laps", "frequency", "laps"]
 __all__ += ["LoopMargins", "StableGains", "stability"]
 __all__ += ["Comparison", "compare"]
 __all__ += ["Judgements", "evaluate_many"]

@@ -14,7 +14,7 @@ from hfc_design.core.texts import as_user_error
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.loop_setup import load_design, own_scenario
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
-from hfc_design.logs.circles import SIGNALS, positions
+from hfc_design.logs.places import places
 from hfc_design.logs.reading import read_log
 from hfc_design.motion.circularity import (
     EXACT,
@@ -30,6 +30,8 @@ from hfc_design.motion.trajectories import Circle
 from hfc_design.report.circle import FITTED, ONE, CircleTest, meant
 from hfc_design.simulation.evaluating import evaluate
 
+#: Signals of a log -> their units.
+SIGNALS = {"x": "mm", "y": "mm", "x_reference": "mm", "y_reference": "mm", "time": "s"}
 #: Fewest samples of a turn; turns of a simulated circle in each direction, time after them [s].
 FEWEST, CYCLES, AFTER = 100, 2.0, 1.0
 
@@ -75,7 +77,10 @@ def circle(
     for key, value in (limits or {}).items():
         check_positive("limit", value, argument="limits", key=key)
     with as_user_error(getattr(of, "name", of)):
-        signals = positions(read_log(of), columns) if is_log(of) else _simulated(of, scenario)
+        if is_log(of):
+            signals = places(read_log(of), columns, SIGNALS, ("x", "y"))
+        else:
+            signals = _simulated(of, scenario)
         turns, size, lasted, unknown = _turns(signals, radius)
         found = deviations(turns, size, centred)
         if RADIUS in unknown:
@@ -136,5 +141,6 @@ def _simulated(of: AnyDesign, scenario: AnyScenario | None) -> dict[str, Floats]
     evaluation = evaluate(design, load_scenario(motion, changes))
     if evaluation.diverged or evaluation.contour is None:
         raise ValueError(f"diverges: {evaluation.divergence}")
-    places = evaluation.contour.actual, evaluation.contour.samples.position
-    return dict(zip(SIGNALS, [*places[0], *places[1], evaluation.time], strict=True))
+    contour = evaluation.contour
+    values = *contour.actual, *contour.samples.position, evaluation.time
+    return dict(zip(SIGNALS, values, strict=True))

@@ -12,7 +12,7 @@ from hfc_design.cli.circling import circle
 from hfc_design.cli.comparing import compare
 from hfc_design.cli.designing import design
 from hfc_design.cli.exchange import export, import_
-from hfc_design.cli.identifying import check, experiment, frequency, identify
+from hfc_design.cli.identifying import check, experiment, frequency, identify, laps
 from hfc_design.cli.insight import attainable, explain, stability
 from hfc_design.cli.plotting import plot
 from hfc_design.cli.reporting import report
@@ -24,7 +24,7 @@ from hfc_design.cli.usage import Refusing, as_lines, refusal
 #: Commands in the order in which a user meets them.
 COMMANDS = (
     *(list_, show, init, design, pick, score, compare, simulate, train, experiment, identify),
-    *(frequency, check, export, import_, circle, explain, plot, stability, attainable),
+    *(frequency, check, laps, export, import_, circle, explain, plot, stability, attainable),
     *(report, batch),
 )
 SETTINGS = {"help_option_names": ["-h", "--help"]}

@@ -81,3 +81,22 @@ def check(
 ) -> Answer:
     """Whether a machine does what its design promised."""
     return drawn(call(), plot)
+
+
+@command(last=common.plugins({}))
+def laps(
+    design: str = argument(DESIGN),
+    logs: Texts = argument(nargs=-1, metavar="[LOGS]..."),
+    call: partial[Any] = function("calls.laps.laps", "design", "progress"),
+    out: Path | None = common.output("Write the table into a folder.", folder=True),
+    plot: Path | None = common.output("Draw errors and table (png, svg or pdf)."),
+) -> Answer:
+    """Laps that learn: a table that is added to the commands of DESIGN."""
+    from hfc_design.core.console import MachinesBar
+
+    with MachinesBar() as bar:
+        result = call(design, *logs, progress=partial(bar.chunk, "simulating"))
+    answer = drawn(result, plot)
+    if out is not None:
+        result.write(out)
+    return answer._replace(files=[*answer.files, *filter(None, [out])])

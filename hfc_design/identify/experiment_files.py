@@ -11,6 +11,7 @@ from hfc_design.core.records import writing
 from hfc_design.core.tables import Table
 from hfc_design.core.wording import percent, three_digits
 from hfc_design.files.machine import Axis
+from hfc_design.formats import sampled
 from hfc_design.identify.experiment import Experiment
 from hfc_design.plotting.curves import thinned
 from hfc_design.plotting.figure import OTHER, OWN, finish, framed
@@ -42,13 +43,16 @@ def write(made: Experiment, axis: Axis, plant: str, path: Path, command: str) ->
         limits=limits,
         errors=errors,
     )
-    data = np.stack([made.time, made.reference, made.added], axis=1)
+    error, volt = made.units["error"], made.units["command"]
+    columns = {"reference": (made.reference, error), "added": (made.added, volt)}
+    # Without an added signal it is a table that a scenario can name as its reference.
+    shown = columns if made.added.any() else {"reference": columns["reference"]}
     files = {
-        "experiment.csv": _csv(made, data),
-        "experiment.h": "\n".join(_c(made)) + "\n",
+        "experiment.csv": sampled.csv(made.time, shown),
+        "experiment.h": sampled.c_header("experiment", made.sample_time, columns),
         "experiment.ngc": "\n".join(_gcode(made, axis)) + "\n",
-        "experiment.txt": "".join(f"{x:.9g} {y:.9g}\n" for _, x, y in data),
-        "experiment.hal": HAL.format(period=round(1e9 * made.sample_time), rows=len(data) + 1),
+        "experiment.txt": sampled.streamed(columns),
+        "experiment.hal": HAL.format(period=round(1e9 * made.sample_time), rows=len(made.time) + 1),
     }
     with writing(path):
         path.mkdir(parents=True, exist_ok=True)
@@ -93,26 +97,6 @@ def drawn(made: Experiment) -> Figure:
         axes.plot(*thinned(made.time, made.added), color=OTHER, lw=0.6)
         finish(axes, f"added [{made.units['command']}]", "time [s]")
     return figure
-
-
-def _csv(made: Experiment, data: np.ndarray) -> str:
-    head = ["time [s]", f"reference [{made.units['error']}]", f"added [{made.units['command']}]"]
-    count = 3 if made.added.any() else 2  # two: a table that a scenario can name as its reference
-    rows = (",".join(f"{x:.9g}" for x in row) for row in data[:, :count])
-    return "\n".join([",".join(head[:count]), *rows]) + "\n"
-
-
-def _c(made: Experiment) -> Iterator[str]:
-    yield f"/* Experiment of hfc-design: a value every {made.sample_time:g} s. */"
-    yield f"#define EXPERIMENT_SAMPLES {len(made.reference)}"
-    for name, values, unit in (
-        ("reference", made.reference, made.units["error"]),
-        ("added", made.added, made.units["command"]),
-    ):
-        yield f"static const float experiment_{name}[EXPERIMENT_SAMPLES] = {{ /* [{unit}] */"
-        for start in range(0, len(values), 8):
-            yield "  " + " ".join(f"{x:.7e}f," for x in values[start : start + 8])
-        yield "};"
 
 
 def _gcode(made: Experiment, axis: Axis) -> Iterator[str]:

@@ -68,7 +68,7 @@ def cutting(off: Contour) -> Floats:
 
 
 def circular(reduce_turns: Callable[..., Any], directions: int, off: Contour) -> Floats | None:
-    """Return a function of the full turns of a circle and its radius; None: too few, or no motion."""
+    """Return a function of the full turns of a circle and its radius; None: few, or no motion."""
     assert isinstance(off.trajectory, Circle)
     radius = off.trajectory.radius_mm
     parts = full_turns(off.samples.position, radius)[0].values()

@@ -43,6 +43,7 @@ from hfc_design.simulation.sensors import largest_command
 from hfc_design.simulation.stepping import nested
 from hfc_design.simulation.usable import BEYOND, SPREAD
 from hfc_design.stability.frequency import FrequencyResponse, response_units
+from plants import Drive
 
 #: Amplitudes of the sines, as shares of the largest command; the machines get the middle one.
 SHARES = (0.01, 0.03, 0.1)
@@ -110,8 +111,12 @@ class Setup(NamedTuple):
         speed: float | None,
         machines: int,
         later: float | None = None,
+        seed: int = BEYOND,
     ) -> "Setup":
-        """Return the setup; ``later``: see ``closed_loop``; else see ``calls.frequency``."""
+        """Return the setup; ``later``: see ``closed_loop``; else see ``calls.frequency``.
+
+        ``seed`` of the machines is added to that of the scenario.
+        """
         design = load_design(design)
         where = load_scenario(scenario) if scenario else own_scenario(design, design.name)
         where = with_converter(where, design)
@@ -122,9 +127,10 @@ class Setup(NamedTuple):
         controller, gains = controller_of(design, where)
         loop = closed_loop(where, controller, later)
         robust = where.robust or RobustSettings(spread=SPREAD)
-        draw = (robust.spread, machines, where.run.seed + BEYOND, robust.tolerances)
+        draw = (robust.spread, machines, where.run.seed + seed, robust.tolerances)
         some, _ = drawn(machine(design, where), *draw, key="robust.spread")
-        point = fastest = max(operating_points(where), key=lambda one: abs(one.speeds[number]))
+        fastest = max(operating_points(where), key=lambda one: abs(one.speeds[number]))
+        point = fastest._replace(row=_from_start(fastest.row, where.machine.drives))
         if speed is not None:
             motion = where.each_motion()[0]
             speeds = tuple(speed if k == number else 0.0 for k in range(len(axes)))
@@ -155,6 +161,15 @@ class Setup(NamedTuple):
             given = option("amplitude", ..., "amplitudes")
             raise UserError(f"{given}: is missing, as the command has no limit")
         return largest
+
+
+def _from_start(row: Samples, drives: Sequence[Drive]) -> Samples:
+    """Return the row for a motion that begins where the machine starts, and not far from there."""
+    axes = []
+    for one, drive, state in zip(row.axes, drives, row.start, strict=True):
+        place = getattr(state, drive.position)
+        axes.append(one._replace(reference=place, target=place))
+    return row._replace(axes=tuple(axes))
 
 
 class Sines(NamedTuple):
@@ -197,7 +212,14 @@ def simulated_response(
         UserError: design and scenario do not fit, the axis is unknown, or the command has no limit
             and no amplitude is given.
     """
-    setup, periods = Setup.of(design, scenario, axis, speed, machines), whole_periods(frequencies)
+    return responses(Setup.of(design, scenario, axis, speed, machines), amplitudes, frequencies)
+
+
+def responses(
+    setup: Setup, amplitudes: Sequence[float], frequencies: int
+) -> list[FrequencyResponse]:
+    """Return a response for each amplitude, see ``simulated_response``."""
+    periods, machines = whole_periods(frequencies), setup.machines.size - 1
     sizes = sorted(amplitudes) or [x * setup.largest for x in SHARES]
     middle = (len(sizes) - 1) // 2
 

@@ -1,0 +1,211 @@
+"""Laps that learn: a signal added to the commands, corrected from lap to lap of the same motion.
+
+Norm-optimal iterative learning control (Amann, Owens and Rogers, IEE Proc. D 143, 1996) in the
+frequency domain, with a robustness filter (Bristow, Tharayil and Alleyne, IEEE Control Systems 26,
+2006). With the response G from the added signal f to the position, the lap after the one with the
+error e minimises, at each frequency,
+
+    |e - G (f' - f)|^2 + w |f'|^2 + SLOW |G|^2 |f' - f|^2
+
+so that f' = Q (f + e / ((1 + SLOW) G)), where Q = (1 + SLOW) |G|^2 / ((1 + SLOW) |G|^2 + w). G is
+the median over machines and amplitudes, and w as small as most of them admit: with their
+responses the error must shrink to ``SHRINKS`` from lap to lap.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hfc_design.core.numbers import Floats
+from hfc_design.core.records import UserError
+from hfc_design.files.named_scenario import load_scenario
+from hfc_design.files.scenario import Scenario
+from hfc_design.motion.contour import off_path
+from hfc_design.motion.samples import Samples
+from hfc_design.simulation.following import AT_ONCE, Moved, moved
+from hfc_design.simulation.frequency import Setup, responses
+from hfc_design.simulation.monte_carlo import Progress
+from hfc_design.simulation.population import Machines
+
+#: Weight of a change from lap to lap; largest share of its error that a lap must leave.
+SLOW, SHRINKS = 1.0, 0.9
+#: Frequencies at which the loop answers less than this share of its largest answer are not learned.
+LEAST = 0.02
+#: Share of the responses that the filter suits; with others a lap may be worse, and is not kept.
+MOST = 0.8
+#: Machines whose responses the filter has to suit, beside the nominal one, their seed; frequencies.
+SUITS, SUIT_SEED, FREQUENCIES = 63, 7001, 60
+#: Up to the frequency where Q falls to this an axis is said to learn.
+LEARNS = 0.5
+
+
+class Filters(NamedTuple):
+    """Filters of each axis from one lap to the next."""
+
+    keep: Floats  # (axes, frequencies of the transform) Q
+    correct: Any  # complex (axes, frequencies of the transform): Q / (1 + SLOW) / G
+    limits: Floats  # (axes, 1) largest command
+    hertz: tuple[float, ...]  # up to which each axis learns
+    length: int  # of the transform
+
+    def following(self, table: Floats, error: Floats, gain: Floats) -> Floats:
+        """Return the signals (..., axes, steps) for the lap after one with ``error``.
+
+        ``gain`` (..., axes, 1) multiplies the corrections.
+        """
+        before, off = (np.fft.rfft(x, self.length) for x in (table, error))
+        after = np.fft.irfft(self.keep * before + gain * self.correct * off, self.length)
+        return np.clip(after[..., : table.shape[-1]], -self.limits, self.limits)
+
+
+class Kept(NamedTuple):
+    """The best lap so far of each axis (..., axes), and the gain of its corrections."""
+
+    table: Floats  # (..., axes, steps) in the lap
+    error: Floats  # (..., axes, steps)
+    size: Floats  # (..., axes) root mean square of the error
+    gain: Floats  # (..., axes)
+
+    @classmethod
+    def of(cls, table: Floats, error: Floats) -> "Kept":
+        """Return the first lap."""
+        size = rms_of(error)
+        return cls(table, error, size, np.ones_like(size))
+
+    def after(self, table: Floats, error: Floats) -> "Kept":
+        """Return the better lap of each axis; where the new one is worse, the gain is halved."""
+        size = rms_of(error)
+        better = size < self.size
+        lap, gain = better[..., None], np.where(better, self.gain, 0.5 * self.gain)
+        chosen = np.where(lap, table, self.table), np.where(lap, error, self.error)
+        return Kept(*chosen, np.where(better, size, self.size), gain)
+
+    def following(self, filters: Filters) -> Floats:
+        """Return the signals for the next lap."""
+        return filters.following(self.table, self.error, self.gain[..., None])
+
+
+def rms_of(error: Floats) -> Floats:
+    """Return the root mean square over the last axis."""
+    return np.sqrt(np.mean(error**2, axis=-1))
+
+
+def filters(design: Any, scenario: Scenario) -> Filters:
+    """Return the filters of a design's loop, from its simulated responses in the scenario's motion.
+
+    Raises:
+        UserError: design and scenario do not fit, or the loop of an axis does not answer.
+    """
+    axes, steps = scenario.machine.axes, scenario.simulation.steps
+    length = 1 << (2 * steps - 1).bit_length()
+    hertz = np.fft.rfftfreq(length, scenario.simulation.sample_time_s)
+    each, limits = [], []
+    for name in axes:
+        some = Setup.of(design, scenario, name, None, SUITS, seed=SUIT_SEED)
+        each.append(_filters(some, hertz))
+        limits.append(some.largest)
+    keep, correct, until = zip(*each, strict=True)
+    return Filters(np.array(keep), np.array(correct), np.array(limits)[:, None], until, length)
+
+
+def _filters(setup: Setup, hertz: Any) -> tuple[Floats, Any, float]:
+    """Return Q and Q / (1 + SLOW) / G of an axis at ``hertz``, and up to where it learns [Hz]."""
+    each = responses(setup, (), FREQUENCIES)
+    with np.errstate(all="ignore"):  # where nothing answers
+        every = np.concatenate([one.drive / (1.0 + one.loop) for one in each])
+    usual = np.median(every.real, axis=0) + 1j * np.median(every.imag, axis=0)
+    answered = np.isfinite(usual) & (usual != 0.0)
+    if not answered.any():
+        raise UserError(f"{setup.name}: its position does not answer to its command")
+    every, usual, known = every[:, answered], usual[answered], each[0].hertz[answered]
+    slow = (1.0 + SLOW) * np.abs(usual) ** 2
+    with np.errstate(all="ignore"):  # of machines that are unstable
+        left = np.nan_to_num(np.abs(slow - np.conj(usual) * every), nan=np.inf)
+        left = np.quantile(left, MOST, axis=0)
+    least = (LEAST * np.abs(usual).max()) ** 2
+    keep = slow / np.maximum(slow + least, left / SHRINKS)
+    with np.errstate(divide="ignore"):
+        at, known = np.log(hertz), np.log(known)
+    size, phase = np.log(np.abs(usual)), np.unwrap(np.angle(usual))
+    kept = np.interp(at, known, keep, right=0.0)
+    answer = np.exp(np.interp(at, known, size) + 1j * np.interp(at, known, phase))
+    below = np.flatnonzero(kept < LEARNS)
+    until = float(hertz[below[0]]) if len(below) else float(hertz[-1])
+    return kept, kept / (1.0 + SLOW) / answer, until
+
+
+class Learned(NamedTuple):
+    """What laps showed, the nominal machine first; nan: the machine diverges.
+
+    The rows are a lap without a table, those that learn, and one with the table that is kept.
+    """
+
+    rms: Floats  # (rows, machines) of the error of all axes
+    largest: Floats  # (rows, machines) largest contour error, or of one axis the largest error
+    shared: Floats  # (machines,) the same, all with the table of the nominal machine
+    table: Floats  # (axes, steps) that the nominal machine keeps
+    errors: tuple[Floats, Floats]  # (axes, steps) of the nominal machine in the first and last row
+
+
+def learned(setup: Setup, filters: Filters, laps: int, progress: Progress | None = None) -> Learned:
+    """Return what each machine learns from its own laps.
+
+    The noise of the encoders is another in each lap. ``progress`` is called with the numbers of
+    finished and of all machines.
+    """
+    shape = len(setup.loop.limits), setup.scenario.simulation.steps
+    rms, largest, nominal = [], [], None
+    count = setup.machines.size
+    width = -(-count // -(-count // AT_ONCE))  # chunks of one size share a program
+    for begin in range(0, count, width):
+        machines = setup.machines.take(np.minimum(np.arange(begin, begin + width), count - 1))
+        table, kept, rows = np.zeros((machines.size, *shape)), None, []
+        for number in range(laps + 2):
+            lap = _lap(setup, machines, table, number)
+            rows.append(lap)
+            kept = kept.after(table, lap.error) if kept else Kept.of(table, lap.error)
+            table = kept.following(filters) if number < laps else kept.table
+        rms.append([rms_of(lap.error.reshape(machines.size, -1)) for lap in rows])
+        largest.append([lap.largest for lap in rows])
+        nominal = nominal or (table[0], (rows[0].error[0], rows[-1].error[0]))
+        if progress:
+            progress(min(begin + width, count), count)
+    assert nominal is not None
+    shared = _lap(setup, setup.machines, nominal[0], laps + 1).largest
+    return Learned(np.hstack(rms)[:, :count], np.hstack(largest)[:, :count], shared, *nominal)
+
+
+class _Lap(NamedTuple):
+    error: Floats  # (machines, axes, steps) as the encoders show it
+    largest: Floats  # (machines,)
+
+
+def _lap(setup: Setup, machines: Machines, table: Floats, number: int) -> _Lap:
+    """Return a lap with a table (machines, axes, steps), or one (axes, steps) for all."""
+    sensors, axes = setup.scenario.sensors, setup.scenario.machine.axes
+    motion = load_scenario(setup.scenario, {"sensors.seed": sensors.seed + number})
+    samples, every = motion.samples(), tuple(range(len(axes)))
+    signals = moved(setup, machines, samples, table, [None] * len(axes), every)
+    target = np.array([np.asarray(one.target) for one in samples.axes])
+    error = target - _read(motion, samples, signals)
+    return _Lap(error, largest_error(samples, signals.place - target))
+
+
+def _read(motion: Scenario, samples: Samples, signals: Moved) -> Floats:
+    """Return the fed back positions with the noise and steps of their encoders."""
+    read = []
+    for k, drive in enumerate(motion.machine.drives):
+        angle = [*drive.encoders].index(drive.seen[0]) if drive.seen[0] in drive.encoders else 0
+        place = signals.seen[:, k] + np.asarray(samples.axes[k].noise)[angle]
+        step = motion.sensors.of(motion.machine.axes[k]).encoder_resolution
+        read.append(step * np.floor(place / step + 0.5) if step else place)
+    return np.stack(read, axis=1)
+
+
+def largest_error(samples: Samples, off: Floats) -> Floats:
+    """Return the largest contour error of positions ``off`` (machines, axes, steps) their targets.
+
+    It is ``estimated_max_contour_error``; of a machine that follows no path the largest error.
+    """
+    errors = off if samples.path is None else off_path(samples.path, [*np.moveaxis(off, 1, 0)])[0]
+    return np.abs(errors).reshape(len(off), -1).max(axis=1)
