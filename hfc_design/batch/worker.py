@@ -148,8 +148,8 @@ def take_share(cores: int) -> None:
             os.environ["CUDA_VISIBLE_DEVICES"] = card[0]
         else:  # no GPU is left, and the memory of one is too small for two workers
             os.environ["JAX_PLATFORMS"] = "cpu"
-    own = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else []
-    share = _free("core", [*map(str, own)], cores)
+    available = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else []
+    share = _free("core", [*map(str, available)], cores)
     if share and hasattr(os, "sched_setaffinity"):
         for thread in psutil.Process().threads():  # later threads inherit this
             with suppress(ProcessLookupError):  # the thread has ended

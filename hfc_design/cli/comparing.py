@@ -49,8 +49,8 @@ def compare(
     from hfc_design.report.comparison.plots import machines as machines_drawn
     from hfc_design.report.comparison.tables import tables
 
-    beside = (html.parent, f"{html.stem}-") if html else (Path(), "comparison-")
-    paper = paper_of(papers, *beside) if out is None else paper_of(papers, out)
+    place = (html.parent, f"{html.stem}-") if html else (Path(), "comparison-")
+    paper = paper_of(papers, *place) if out is None else paper_of(papers, out)
     tolerances = set_keys(call.keywords["tolerances"], "tolerance")
     every = (*common.choosing("plant"), *changes)
     if designs and not scenarios:

@@ -108,7 +108,7 @@ class Limits(PerAxisRecord):
         rates = {axis: self.of(axis).command_rate for axis in axes}
         return {axis: rate and rate * sample_time for axis, rate in rates.items()}
 
-    def beside(self, *used: str) -> Json:
+    def other_than(self, *used: str) -> Json:
         """Return values by full keys (limits.KEY), but neither the keys ``used`` nor defaults."""
         left = self.model_dump(exclude={"axes", *used}, exclude_defaults=True)
         return {f"limits.{key}": x for key, x in left.items()}

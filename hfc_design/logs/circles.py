@@ -12,7 +12,7 @@ SIGNALS = {"x": "mm", "y": "mm", "x_reference": "mm", "y_reference": "mm", "time
 IMPLIED = "_position"
 
 
-def positions(log: Log, told: Iterable[str]) -> dict[str, Floats]:
+def positions(log: Log, assignments: Iterable[str]) -> dict[str, Floats]:
     """Return the ``SIGNALS`` in a log (rows,), by their names or as ``told``, as in "X=qm [um]".
 
     Raises:
@@ -23,7 +23,7 @@ def positions(log: Log, told: Iterable[str]) -> dict[str, Floats]:
         for column in log.columns:
             if _parts(column, unit)[0].lower().removesuffix(IMPLIED) == name:
                 columns[name] = column, None
-    for text in told:
+    for text in assignments:
         match = MAPPED.fullmatch(text)
         name, wanted = (match["name"].lower(), match["column"]) if match else ("", "")
         unit = SIGNALS.get(name, "")
@@ -35,12 +35,12 @@ def positions(log: Log, told: Iterable[str]) -> dict[str, Floats]:
     if missing := [name for name in ("x", "y") if name not in columns]:
         hint = f"{column_hint(missing[0])}; {listed_columns(log)}"
         raise ValueError(f"which column is the position {missing[0]}? {hint}")
-    found = {}
+    values = {}
     for name, (column, told_unit) in columns.items():
         count = told_unit or _parts(column, SIGNALS[name])[1]
         scale = number(count if count[0] in "+-.0123456789" else f"1 {count}", SIGNALS[name])
-        found[name] = scale * log.columns[column]
-    return found
+        values[name] = scale * log.columns[column]
+    return values
 
 
 def _parts(column: str, unit: str) -> tuple[str, str]:

@@ -199,10 +199,10 @@ def _fuzzy(base: Json, system: System, signals: tuple[str, str]) -> Json:
     (engine,) = identifiers([system.name or called["output"]], "engine")
     if engine != called["output"]:  # if equal, the system has no own name
         called["engine"] = engine
-    own: Json = {"error_terms": error.triangles, "error_change_terms": change.triangles}
-    own |= {"rules": _rules(table), "names": called}
-    own["ranges"] = _ranges(error, change, system.output, table)
-    return {"integral_gain": 0.0, **base, **own}
+    fields: Json = {"error_terms": error.triangles, "error_change_terms": change.triangles}
+    fields |= {"rules": _rules(table), "names": called}
+    fields["ranges"] = _ranges(error, change, system.output, table)
+    return {"integral_gain": 0.0, **base, **fields}
 
 
 def _ranges(error: Input, change: Input, output: Output, table: list[list[Singleton]]) -> Json:
@@ -255,8 +255,8 @@ def _hierarchy(base: Json, system: System, signals: tuple[str, str]) -> Json:
     table = [[one.value for one in values] for values in _table(system)]
     unit = {"id": 0, "column_input": column, "row_input": row, "consequents": table}
     inputs = [{"name": name, "scale": scales.get(name, 1.0)} for name in (column, row)]
-    own: Json = {"inputs": inputs, "terms": _flat_gaussians(first.terms), "units": [unit]}
-    return {"pd": {"kp": 0.0, "kd": 0.0}, "output_scale": 1.0, **base, **own}
+    fields: Json = {"inputs": inputs, "terms": _flat_gaussians(first.terms), "units": [unit]}
+    return {"pd": {"kp": 0.0, "kd": 0.0}, "output_scale": 1.0, **base, **fields}
 
 
 def _flat_gaussians(terms: Sequence[Shape]) -> list[Json]:
