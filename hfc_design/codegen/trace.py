@@ -7,6 +7,7 @@ from inspect import signature
 from operator import add
 from typing import Any
 
+from hfc_design.codegen.jaxprs import traced
 from hfc_design.codegen.nodes import (
     REAL,
     Array,
@@ -67,8 +68,6 @@ class Trace(Recorder):
 
     def foreign(self, function: Callable[..., Any], *arguments: Any) -> Any:
         """Return the result of a function that may be written for JAX."""
-        from hfc_design.codegen.jaxprs import traced  # which loads JAX
-
         with unnamed():
             return traced(self, function, *arguments)
 

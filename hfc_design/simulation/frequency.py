@@ -24,12 +24,10 @@ from hfc_design.files.design import AnyDesign
 from hfc_design.files.loop_setup import (
     controller_of,
     load_design,
-    machine,
     own_scenario,
     with_converter,
 )
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
-from hfc_design.files.robust import RobustSettings
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.samples import Samples
 from hfc_design.simulation.closed_loop import Loop, LoopState, closed_loop, next_state, start
@@ -37,11 +35,10 @@ from hfc_design.simulation.compiled import CHUNKS, spread
 from hfc_design.simulation.flattening import Code, joined
 from hfc_design.simulation.linearised import unlimited
 from hfc_design.simulation.loop_margins import Point, near, operating_points, steady_row
-from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines, own_code_of, standing
 from hfc_design.simulation.sensors import largest_command
 from hfc_design.simulation.stepping import nested
-from hfc_design.simulation.usable import BEYOND, SPREAD
+from hfc_design.simulation.usable import unseen
 from hfc_design.stability.frequency import FrequencyResponse, response_units
 
 #: Amplitudes of the sines, as shares of the largest command; the machines get the middle one.
@@ -121,9 +118,7 @@ class Setup(NamedTuple):
         number = axes.index(axis) if axis else 0
         controller, gains = controller_of(design, where)
         loop = closed_loop(where, controller, later)
-        robust = where.robust or RobustSettings(spread=SPREAD)
-        draw = (robust.spread, machines, where.run.seed + BEYOND, robust.tolerances)
-        some, _ = drawn(machine(design, where), *draw, key="robust.spread")
+        some = unseen(design, where, machines)
         point = fastest = max(operating_points(where), key=lambda one: abs(one.speeds[number]))
         if speed is not None:
             motion = where.each_motion()[0]
