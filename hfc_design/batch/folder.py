@@ -50,11 +50,7 @@ class Entry(NamedTuple):
 
 
 def note_plan(out: Path, plan: Plan) -> None:
-    """Add the cells to the folder's plan; other cells in it are kept.
-
-    Raises:
-        RunError: the folder cannot be written.
-    """
+    """Add the cells to the folder's plan, and keep others in it; RunError: it cannot be written."""
     with waited(out, "plan"):
         before = _plan_file(out) if (out / PLAN).exists() else PlanFile()
         cells = before.cells | {cell.name: cell.settings for cell in plan.cells}

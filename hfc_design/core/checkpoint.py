@@ -87,11 +87,7 @@ def tidy(folder: Path) -> None:
 
 
 def save(path: Path, search: Any, made_by: dict[str, str]) -> None:
-    """Write ``search``, a record of records and arrays, and ``made_by``, the versions that made it.
-
-    Raises:
-        RunError: it cannot be written.
-    """
+    """Write ``search``, a record of records, and the versions ``made_by``; RunError: it cannot."""
     header = {"format": np.array(FORMAT), "made_by": np.array(json.dumps(made_by))}
     write_whole(path, archive.packed({**header, **dict(flat(search))}))
 

@@ -281,11 +281,7 @@ def read_design(path: str | Path) -> Design:
 
 
 def parse_design(text: str, source: str | Path) -> Design:
-    """Parse the design in ``text``; ``source`` is named in messages.
-
-    Raises:
-        UserError: text is not JSON, or is not a design that can run.
-    """
+    """Parse the design in ``text`` from ``source``; UserError: it is not JSON, or cannot run."""
     with as_user_error(source):
         data = _json_of(text)
     provenance = data.get("provenance") if isinstance(data, dict) else None
@@ -382,11 +378,7 @@ def learned(design: Design, axes: Iterable[str], memory: Memory, origin: Json) -
 
 
 def with_learned(design: Design, controller: ControllerRecord, origin: Json) -> Design:
-    """Return the design with a ``controller`` that has learned, without score.
-
-    Raises:
-        UserError: the new design is not one that can run.
-    """
+    """Return the design with a ``controller`` that has learned, no score; UserError: cannot run."""
     name = design.name.removesuffix(ENDING)[: LONGEST - len(ENDING)] + ENDING
     data = design.model_dump(mode="json", exclude={"score", "controller"})
     data |= {"name": name, "controller": controller.model_dump(mode="json")}

@@ -56,11 +56,7 @@ def load_design(name: AnyDesign, changes: Changes | None = None) -> Design:
 
 
 def _with_axes(design: Design, source: str) -> Design:
-    """Return the design; if its limits name axes, its plant then names all axes of the machine.
-
-    Raises:
-        UserError: the limits are of an axis that the machine does not have.
-    """
+    """Return the design; if its limits name axes, its plant names all; UserError: unknown ones."""
     if not design.limits.axes:
         return design
     known = axes_of(design)
@@ -202,11 +198,7 @@ def machine(design: Design, scenario: Scenario) -> PlantSettings:
 
 
 def _check_signals(design: Design, here: PlantSettings) -> None:
-    """Check that the plant ``here`` has the signals that the controller of a design reads.
-
-    Raises:
-        UserError: a signal is missing or has another unit, or the names of the axes differ.
-    """
+    """Check that a plant has the signals that a design reads; UserError: a name or unit differs."""
     plant_name = design.plant.name
     head = f"design {design.name} is for the plant {plant_name} and cannot run on {here.name}"
     try:
@@ -282,11 +274,7 @@ def slower_drives(design: Design, scenario: Scenario) -> dict[str, float | None]
 
 
 def check_drives(design: Design, scenario: Scenario) -> None:
-    """Check that the drives of a simulated loop can follow the fastest command of the design.
-
-    Raises:
-        UserError: the ``command_rate`` of a drive is too small.
-    """
+    """Check that drives can follow a design's fastest command; UserError: one cannot."""
     for axis, change in slower_drives(design, scenario).items():
         if change:
             rate = scenario.limits.of(axis).command_rate

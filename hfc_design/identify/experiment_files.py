@@ -22,11 +22,7 @@ POINTS = 0.02
 
 
 def write(made: Experiment, axis: Axis, plant: str, path: Path, command: str) -> None:
-    """Write the folder of an experiment; ``command`` is the command line that made it.
-
-    Raises:
-        RunError: the folder cannot be written.
-    """
+    """Write an experiment's folder; ``command`` made it; RunError: the folder cannot be written."""
     parts, limits, errors = tables(made)
     page = rendered(
         "experiment.html.j2",

@@ -13,7 +13,7 @@ IMPLIED = "_position"
 
 
 def positions(log: Log, assignments: Iterable[str]) -> dict[str, Floats]:
-    """Return the ``SIGNALS`` in a log (rows,), by their names or as ``told``, as in "X=qm [um]".
+    """Return the ``SIGNALS`` in a log (rows,), by their names or ``assignments``, as "X=qm [um]".
 
     Raises:
         ValueError: an assignment is wrong, or the log has no X or no Y.

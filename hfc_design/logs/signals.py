@@ -236,11 +236,7 @@ def resampled(
 
 
 def _shared(stamps: Floats, rows: Indices, usual: float) -> float:
-    """Return the sample time [s] of a log whose coarse clock changes to ``stamps`` [s] at ``rows``.
-
-    Raises:
-        ValueError: there are too few stamps, or the samples are not even because some are missing.
-    """
+    """Return the sample time of a log whose clock changes to ``stamps`` at ``rows``, or raise."""
     stamps, first = stamps[1:], rows[1:].astype(float)  # the first may begin before the log
     if len(first) < FEWEST:
         few = f"{FEWEST + 1} different time stamps (got {len(first) + 1})"

@@ -148,11 +148,7 @@ def _parameter(drive: Drive, key: str, name: str, axis: Axis) -> Variable:
 def _sensing(
     scenario: Scenario, axis: Axis, head: str, reads: list[str]
 ) -> tuple[Json, list[Variable]]:
-    """Return template values for the inputs ``reads`` of an axis' controller, and noise variables.
-
-    Raises:
-        UserError: ``delay_samples`` is neither 0 nor 1, or ``lag_s`` is set.
-    """
+    """Return template values for inputs ``reads``, and noise variables; UserError: delay or lag."""
     drive, sensors = axis.drive, scenario.sensors.of(axis.name)
     limits = scenario.limits.of(axis.name)
     left = limits.other_than(*APPLIED, *(["delay_samples"] if limits.delay_samples == 1.0 else []))
