@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from hfc_design.core.checkpoint import write_whole
-from hfc_design.core.records import writing
 from hfc_design.core.tables import Table
 from hfc_design.core.wording import percent, three_digits
 from hfc_design.files.machine import Axis
+from hfc_design.formats.writing import Content
+from hfc_design.formats.writing import write as write_files
 from hfc_design.identify.experiment import Experiment
 from hfc_design.plotting.curves import thinned
 from hfc_design.plotting.figure import OTHER, OWN, finish, framed
@@ -39,18 +39,15 @@ def write(made: Experiment, axis: Axis, plant: str, path: Path, command: str) ->
         errors=errors,
     )
     data = np.stack([made.time, made.reference, made.added], axis=1)
-    files = {
+    files: dict[str, Content] = {
         "experiment.csv": _csv(made, data),
         "experiment.h": "\n".join(_c(made)) + "\n",
         "experiment.ngc": "\n".join(_gcode(made, axis)) + "\n",
         "experiment.txt": "".join(f"{x:.9g} {y:.9g}\n" for _, x, y in data),
         "experiment.hal": HAL.format(period=round(1e9 * made.sample_time), rows=len(data) + 1),
+        REPORT: page.html,
     }
-    with writing(path):
-        path.mkdir(parents=True, exist_ok=True)
-    for name, text in files.items():
-        write_whole(path / name, text.encode())
-    write_whole(path / REPORT, page.html)
+    write_files(path, files)
 
 
 def tables(made: Experiment) -> list[Table]:
