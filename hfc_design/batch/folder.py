@@ -4,7 +4,6 @@ The cells are ordinary run folders, and nothing else is written into them. The f
 itself are ``batch.json`` and those in ``.batch/``.
 """
 
-import math
 import shutil
 from contextlib import AbstractContextManager, suppress
 from pathlib import Path
@@ -15,7 +14,7 @@ from pydantic import AfterValidator, ValidationInfo
 from hfc_design.batch.plan import BatchNotes, Plan
 from hfc_design.core import lock
 from hfc_design.core.checkpoint import write_whole
-from hfc_design.core.numbers import Json
+from hfc_design.core.numbers import Json, number_or_none
 from hfc_design.core.records import Name, Record, UserError, checked, in_a_line
 from hfc_design.core.texts import LARGEST_TABLE, as_user_error, content, decoded, json_of
 from hfc_design.files.labels import PLAN
@@ -50,11 +49,7 @@ class Entry(NamedTuple):
 
 
 def note_plan(out: Path, plan: Plan) -> None:
-    """Add the cells to the folder's plan; other cells in it are kept.
-
-    Raises:
-        RunError: the folder cannot be written.
-    """
+    """Add the cells to the folder's plan, and keep others in it; RunError: it cannot be written."""
     with waited(out, "plan"):
         before = _plan_file(out) if (out / PLAN).exists() else PlanFile()
         cells = before.cells | {cell.name: cell.settings for cell in plan.cells}
@@ -69,11 +64,12 @@ def entries(out: Path) -> list[Entry]:
         raise UserError(f"{out}: holds no batch (no {PLAN})")
     listed = []
     for name, settings in _plan_file(out).cells.items():
-        reason, time = _text(out, name, "failed"), _seconds(_text(out, name, "seconds"))
+        reason = _text(out, name, "failed")
+        seconds = number_or_none(_text(out, name, "seconds")) or 0.0
         now = state(out, name)
         if now != "finished" and lock.in_use(out / name):  # by this or another process
             now, reason = "running", ""
-        listed.append(Entry(name, settings, now, reason, time))
+        listed.append(Entry(name, settings, now, reason, seconds if seconds > 0.0 else None))
     return listed
 
 
@@ -132,10 +128,3 @@ def _text(out: Path, name: str, kind: str) -> str:
     with suppress(ValueError):
         return in_a_line(decoded(content(out / NOTES / f"{name}.{kind}"), errors="replace"))
     return ""
-
-
-def _seconds(text: str) -> float | None:
-    with suppress(ValueError):
-        if 0.0 < (seconds := float(text)) < math.inf:
-            return seconds
-    return None

@@ -22,7 +22,7 @@ from hfc_design.files.labels import PLAN
 from hfc_design.formats.writing import csv_text
 from hfc_design.report import REPORT
 from hfc_design.report.page import write_page
-from hfc_design.report.paper import Paper
+from hfc_design.report.paper import Paper, write_with_parts
 from hfc_design.runs.run import finished_run
 
 RUNS, GROUPS, COMPARISONS, PARQUET = "runs.csv", "groups.csv", "comparisons.csv", "runs.parquet"
@@ -68,9 +68,7 @@ def report(
         texts = [notes.description for x in batches_below(path) for notes in folder.batch_notes(x)]
         trees = trees_of(path, result.winners)
         content = page(path, filter(None, texts), result, trees)
-        write_whole(path / REPORT, content.html)
-        if paper:
-            paper.write(content)
+        write_with_parts(path / REPORT, content, paper)
     tell(path / REPORT, result)
     if failed:
         raise RunError(f"{failed} of the runs could not get a page")

@@ -24,6 +24,7 @@ from hfc_design.core.lock import try_lock
 from hfc_design.core.numbers import FEWEST_DEVICES, Json
 from hfc_design.core.plugins import References, know
 from hfc_design.core.records import UserError, in_a_line
+from hfc_design.files.labels import PLAN
 
 if TYPE_CHECKING:
     from hfc_design.batch.runner import Outcome
@@ -76,7 +77,8 @@ def run_cell(
 
         if version != __version__:
             versions = f"has hfc-design {__version__}, the batch {version}"
-            return _failed(f"the worker {worker.address} {versions}")
+            reason = in_a_line(f"the worker {worker.address} {versions}")
+            return runner.Outcome(state="failed", reason=reason)
         try:
             with _of_this_worker("; install the module there, or start the worker in its folder"):
                 know(plugins)
@@ -102,19 +104,17 @@ def _of_this_worker(hint: str = "") -> Iterator[None]:
 
 def run_in(out: Path, name: str, finish: Callable[[Path], None]) -> "Outcome":
     """Run a cell in the folder of its batch, unless another process is running it."""
-    from hfc_design.batch import folder
-    from hfc_design.batch.runner import Outcome, attempt
-    from hfc_design.files.labels import PLAN
+    from hfc_design.batch import folder, runner
 
     if not (out / PLAN).exists():
-        host = socket.gethostname()
-        return _failed(f"{out}: the worker on {host} does not see this folder; see --shared")
+        unseen = f"the worker on {socket.gethostname()} does not see this folder; see --shared"
+        return runner.Outcome(state="failed", reason=in_a_line(f"{out}: {unseen}"))
     with try_lock(out / name) as mine:
         if not mine:
-            return Outcome(state="again")
+            return runner.Outcome(state="again")
         if folder.state(out, name) == "finished":
-            return Outcome(state="finished")
-        return attempt(lambda: finish(out / name))
+            return runner.Outcome(state="finished")
+        return runner.attempt(lambda: finish(out / name))
 
 
 def _run_sent(path: Path, files: Files, finish: Callable[[Path], None]) -> "Outcome":
@@ -126,12 +126,6 @@ def _run_sent(path: Path, files: Files, finish: Callable[[Path], None]) -> "Outc
     outcome = attempt(lambda: finish(path))  # if this fails, files are sent too
     written = {name: x for name, x in contents(path).items() if files.get(name) != x}
     return outcome.model_copy(update={"files": written})
-
-
-def _failed(reason: str) -> "Outcome":
-    from hfc_design.batch.runner import Outcome
-
-    return Outcome(state="failed", reason=in_a_line(reason))
 
 
 def contents(path: Path) -> Files:
@@ -148,8 +142,8 @@ def take_share(cores: int) -> None:
             os.environ["CUDA_VISIBLE_DEVICES"] = card[0]
         else:  # no GPU is left, and the memory of one is too small for two workers
             os.environ["JAX_PLATFORMS"] = "cpu"
-    own = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else []
-    share = _free("core", [*map(str, own)], cores)
+    available = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else []
+    share = _free("core", [*map(str, available)], cores)
     if share and hasattr(os, "sched_setaffinity"):
         for thread in psutil.Process().threads():  # later threads inherit this
             with suppress(ProcessLookupError):  # the thread has ended

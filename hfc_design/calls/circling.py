@@ -82,16 +82,16 @@ def circle(
         else:
             signals = _simulated(of, scenario)
         turns, size, lasted, unknown = _turns(signals, radius)
-        found = deviations(turns, size, centred)
+        measured = deviations(turns, size, centred)
         if RADIUS in unknown:
-            found.pop("D", None)
-        known = dict.fromkeys(meant(symbol)[0] for symbol in found)
+            measured.pop("D", None)
+        known = dict.fromkeys(meant(symbol)[0] for symbol in measured)
         if other := next((key for key in limits or () if key not in known), None):
             raise ValueError(f"limit {other}: must be of a measured deviation: {', '.join(known)}")
     feed = feed or (120.0 * pi * size / lasted if lasted else None)
-    told = [one for one in causes(turns, size) if one.name not in unknown]
+    known_causes = [one for one in causes(turns, size) if one.name not in unknown]
     notes = [FITTED.format(" and ".join(unknown))] * bool(unknown) + [ONE] * (len(turns) < 2)
-    return CircleTest(turns, size, feed, found, told, limits or {}, about, notes)
+    return CircleTest(turns, size, feed, measured, known_causes, limits or {}, about, notes)
 
 
 def _turns(

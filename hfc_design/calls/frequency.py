@@ -74,7 +74,7 @@ def frequency(
     designs = [x for x in logs_and_designs if not is_log(x)]
     if cycles and not designs:
         raise UserError(f"{option('cycles', argument='cycles')}: needs a design")
-    responses, found = list[FrequencyResponse](), []
+    responses, oscillations = list[FrequencyResponse](), []
     for log in logs:
         known = designs[0] if designs else None
         task = task_of(plant, scenario, changes, axis, known, None, None, 0)
@@ -84,5 +84,5 @@ def frequency(
     for design in designs:
         about = (axis, speed, amplitudes, machines, frequencies)
         responses += simulated_response(design, scenario, *about)
-        found += limit_cycles(design, scenario, axis) if cycles else []
-    return Frequencies(responses, found if cycles else None)
+        oscillations += limit_cycles(design, scenario, axis) if cycles else []
+    return Frequencies(responses, oscillations if cycles else None)

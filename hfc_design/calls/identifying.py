@@ -206,16 +206,16 @@ def check(
             f"{name}: must be sampled every {setup.every:g} s, as the design "
             f"(got {recording.sample_time:g} s)"
         )
-    found = Promise(setup, recording, name).check(recording, name)
-    found = found._replace(margins=_margins(recording, task.drive_axis.drive))
-    if not found.unlike or not (keys := found.explanations[0].keys):
-        return found
+    compared = Promise(setup, recording, name).check(recording, name)
+    compared = compared._replace(margins=_margins(recording, task.drive_axis.drive))
+    if not compared.unlike or not (keys := compared.explanations[0].keys):
+        return compared
     given = task.scenario.model_dump(exclude_unset=True)
     changed = load_scenario(overridden(given, {k: str(x) for k, x in keys.items()}))
     now = usable(design, changed, machines=AGAIN)
     need = "needs no new design" if now.yes else "should be designed again"
     share = f"{percent(float(now.good.mean()))} of {AGAIN} such machines pass"
-    return found._replace(again=f"; with that it {need}: {now.verdict}, {share}")
+    return compared._replace(again=f"; with that it {need}: {now.verdict}, {share}")
 
 
 def _margins(log: Recording, drive: Drive) -> str:

@@ -6,6 +6,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from hfc_design.batch.results import best_usable, is_run
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.arguments import check_type, check_whole, path_of
 from hfc_design.core.lock import exclusive
@@ -13,6 +14,7 @@ from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.loop_setup import check_laws, load_design
 from hfc_design.files.named_scenario import AnyScenario, load_scenario, renamed
+from hfc_design.report.page import write_page
 from hfc_design.runs import run as runs
 from hfc_design.runs.front import chosen
 from hfc_design.runs.individuals import design_with
@@ -39,8 +41,6 @@ def design(
         RunError: every candidate diverged; the folder cannot be written or is in use; or its
             checkpoint is damaged or of other versions.
     """
-    from hfc_design.report.page import write_page  # which draws
-
     scenario = load_scenario(scenario)
     if folder is None:
         with TemporaryDirectory() as name:
@@ -75,8 +75,6 @@ def pick(
         UserError: there is no finished run, no front, no such point, or no usable design.
         RunError: a file of the run is damaged.
     """
-    from hfc_design.batch.results import best_usable, is_run  # which imports all that draws
-
     if point is not None:
         check_whole("point", point, 1)
     place = path_of(folder)

@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from hfc_design.batch import report as batch_report
 from hfc_design.batch.findings import Findings, of_findings
 from hfc_design.core.arguments import check_type, path_of
-from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import UserError, harmless
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.loop_setup import load_design, own_scenario
@@ -25,7 +24,7 @@ from hfc_design.report import REPORT, batch_plots, overlaid, plots, searches
 from hfc_design.report.comparison.page import page
 from hfc_design.report.comparison.plots import machines
 from hfc_design.report.page import design_page
-from hfc_design.report.paper import INCH, column, for_a_paper
+from hfc_design.report.paper import INCH, column, for_a_paper, write_with_parts
 from hfc_design.runs.run import Result
 from hfc_design.runtime.explain import explained
 from hfc_design.simulation.acceptance import Usable
@@ -188,9 +187,7 @@ def comparison_page(
     place = path_of(path)
     paper = for_a_paper(place.parent, f"{place.stem}-", figures, width, latex)
     html = page(comparison)
-    write_whole(place, html.html)
-    if paper:
-        paper.write(html)
+    write_with_parts(place, html, paper)
     return place
 
 
@@ -248,7 +245,5 @@ def report(
     where = own_scenario(design, name) if scenario is None else load_scenario(scenario)
     paper = for_a_paper(place.parent, f"{place.stem}-", figures, width, latex)
     html = design_page(design, where, harmless(shlex.join(["hfc", "score", name])))
-    write_whole(place, html.html)
-    if paper:
-        paper.write(html)
+    write_with_parts(place, html, paper)
     return place

@@ -62,11 +62,11 @@ def stability(
             raise UserError(f"{option('change', argument='changes')}: needs a design")
         drive = PUBLISHED | given
         return StableGains(stable_range(**drive), {}, drive)
-    from hfc_design.files.loop_setup import load_design
-    from hfc_design.files.machine import PlantSettings  # with JAX
+    from hfc_design.files import loop_setup, machine  # with JAX
 
-    loaded = load_design(design, changes)
-    axes = [(axis.drive, axis.parameters) for axis in PlantSettings(**dict(loaded.plant)).each()]
+    loaded = loop_setup.load_design(design, changes)
+    plant = machine.PlantSettings(**dict(loaded.plant))
+    axes = [(axis.drive, axis.parameters) for axis in plant.each()]
     tables = loaded.kind.table_gains
     if tables and (given or any(drive.linear for drive, _ in axes)):
         mismatch = f"design {loaded.name} is for the plant {loaded.plant.name}"
@@ -84,16 +84,11 @@ def stability(
 
 def _margins(design: "Design", scenario: "AnyScenario | None") -> LoopMargins:
     """Return margins on ``scenario``, or on that of the design, with a band over its tolerances."""
-    from hfc_design.files.loop_setup import machine, own_scenario, with_converter
-    from hfc_design.files.named_scenario import load_scenario
-    from hfc_design.files.robust import RobustSettings
-    from hfc_design.simulation.loop_margins import BAND, loop_margins
-    from hfc_design.simulation.machines import drawn
-    from hfc_design.simulation.usable import BEYOND, SPREAD
+    from hfc_design.files import loop_setup, named_scenario
+    from hfc_design.simulation import loop_margins, usable
 
-    where = load_scenario(scenario) if scenario else own_scenario(design, design.name)
-    scenario = with_converter(where, design)
-    robust = scenario.robust or RobustSettings(spread=SPREAD)
-    parts = (robust.spread, BAND, scenario.run.seed + BEYOND, robust.tolerances)
-    some, _ = drawn(machine(design, scenario), *parts, key="robust.spread")
-    return loop_margins(design, scenario, some)
+    known = scenario and named_scenario.load_scenario(scenario)
+    where = known or loop_setup.own_scenario(design, design.name)
+    where = loop_setup.with_converter(where, design)
+    some = usable.unseen(design, where, loop_margins.BAND)
+    return loop_margins.loop_margins(design, where, some)

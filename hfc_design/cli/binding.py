@@ -119,15 +119,15 @@ def command(
             if answer := _called(function, given):
                 answer.print(click.get_current_context().meta["hfc.json"])
 
-        own = [*_parameters(function)]
-        if any(isinstance(one, Output) for one in own):
-            own.append(FORCE.of("_force", bool))
+        parameters = [*_parameters(function)]
+        if any(isinstance(one, Output) for one in parameters):
+            parameters.append(FORCE.of("_force", bool))
         if function.__annotations__.get("return") is Answer:
-            own.append(AS_JSON.of("_json", bool))
+            parameters.append(AS_JSON.of("_json", bool))
         return Plain(
             name or function.__name__,
             callback=call,
-            params=[*own, *last],
+            params=[*parameters, *last],
             help=_text(function),
             short_help=short,
             **settings,

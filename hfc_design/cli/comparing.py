@@ -49,8 +49,8 @@ def compare(
     from hfc_design.report.comparison.plots import machines as machines_drawn
     from hfc_design.report.comparison.tables import tables
 
-    beside = (html.parent, f"{html.stem}-") if html else (Path(), "comparison-")
-    paper = paper_of(papers, *beside) if out is None else paper_of(papers, out)
+    place = (html.parent, f"{html.stem}-") if html else (Path(), "comparison-")
+    paper = paper_of(papers, *place) if out is None else paper_of(papers, out)
     tolerances = set_keys(call.keywords["tolerances"], "tolerance")
     every = (*common.choosing("plant"), *changes)
     if designs and not scenarios:
@@ -95,9 +95,7 @@ def _written(
     paper: "Paper | None",
 ) -> list[Path]:
     """Write the ``wanted`` files, all files into ``folder``, and a ``paper``; return the paths."""
-    from hfc_design.core.checkpoint import write_whole
-    from hfc_design.core.records import writing
-    from hfc_design.formats.writing import csv_text
+    from hfc_design.formats.writing import csv_text, write
     from hfc_design.report.comparison.page import page
     from hfc_design.report.comparison.tables import rows
 
@@ -108,11 +106,9 @@ def _written(
         NUMBERS: lambda: json.dumps(comparison.numbers(), indent=1) + "\n",
     }
     paths = {path: name for path, name in wanted.items() if path is not None}
-    if folder is not None:
-        with writing(folder):
-            folder.mkdir(parents=True, exist_ok=True)
-        paths |= {folder / name: name for name in made}
     for path, name in paths.items():
-        content = made[name]()
-        write_whole(path, content.encode() if isinstance(content, str) else content)
+        write(path, made[name]())
+    if folder is not None:
+        write(folder, {name: make() for name, make in made.items()})
+        paths |= {folder / name: name for name in made}
     return [*paths, *(paper.write(drawn()) if paper else ())]

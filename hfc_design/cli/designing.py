@@ -127,11 +127,7 @@ def _warn(scenario: "Scenario") -> None:
 
 
 def _searched(scenario: "Scenario", folder: Path, anyway: bool, watch: Any) -> "Result":
-    """Run the search in a folder and return its result; ``watch`` shows the progress, if any.
-
-    Raises:
-        RunError: the run was interrupted, or found nothing.
-    """
+    """Return the result of a search; ``watch`` shows it; RunError: interrupted, or no design."""
     from hfc_design.core.plugins import resuming
     from hfc_design.core.records import RunError
     from hfc_design.runs import run

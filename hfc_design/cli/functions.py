@@ -111,10 +111,10 @@ def _late(module: str, name: str, *others: Any, **given: Any) -> Any:
 
 def _help(meaning: str, more: str, default: Any) -> str:
     """Return the help of an option, with its default in brackets."""
-    text, _, told = meaning.rstrip(".").partition("; default: ")
-    if not told and default not in (None, "", ()):
-        told = f"{default:g}" if isinstance(default, float) else str(default)
-    return text[0].upper() + text[1:] + more + (f" [default: {told}]." if told else ".")
+    text, _, usual = meaning.rstrip(".").partition("; default: ")
+    if not usual and default not in (None, "", ()):
+        usual = f"{default:g}" if isinstance(default, float) else str(default)
+    return text[0].upper() + text[1:] + more + (f" [default: {usual}]." if usual else ".")
 
 
 def drawn(result: Any, plot: Path | None = None) -> Answer:

@@ -56,10 +56,10 @@ def report(
     --figures and --latex write the folders figures and latex into FOLDER, for a DESIGN NAME-figures
     and NAME-latex beside the page.
     """
-    from hfc_design.core.checkpoint import write_whole
     from hfc_design.core.console import busy
     from hfc_design.files.design import builtin_designs
     from hfc_design.report.page import design_page
+    from hfc_design.report.paper import write_with_parts
 
     if not (exists(place) or str(place) in builtin_designs()):
         raise refusal(f"{place}: must be a folder, a design file or a built-in design")
@@ -81,9 +81,7 @@ def report(
     with busy("the page, on unseen machines"):
         line = common.again(["hfc", "score", str(place)], differs, [design])
         page = design_page(design, where, line)
-    write_whole(path, page.html)
-    if paper:
-        paper.write(page)
+    write_with_parts(path, page, paper)
     click.echo(path)
 
 

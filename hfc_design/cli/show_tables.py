@@ -159,7 +159,7 @@ def design(record: Json) -> Iterator[Table]:
     yield text(
         f"design {record['name']}: {record['kind']}, {record['summary']}",
         f"for the plant {record['plant']}{axes}, every {record['sample_time_s']:g} s",
-        *(f"{what}: {told}" for what, told in about.items() if told),
+        *(f"{what}: {content}" for what, content in about.items() if content),
     )
     signals = [(one["name"], one["unit"], one["meaning"]) for one in record["signals"]]
     tree = [(f"unit-{x['id']}", x["column_input"], x["row_input"]) for x in record["units"]]

@@ -25,8 +25,8 @@ class Refusing(click.Command):
         """Run it; a terminal shows "?" for what its code page lacks, a file or pipe gets UTF-8."""
         for stream in (sys.stdout, sys.stderr):
             if isinstance(stream, TextIOWrapper):
-                kept = stream.isatty() or "PYTHONIOENCODING" in os.environ
-                stream.reconfigure(encoding=stream.encoding if kept else "utf-8", errors="replace")
+                same = stream.isatty() or "PYTHONIOENCODING" in os.environ
+                stream.reconfigure(encoding=stream.encoding if same else "utf-8", errors="replace")
         return super().main(*arguments, **options)
 
     def make_context(self, *arguments: Any, **options: Any) -> click.Context:

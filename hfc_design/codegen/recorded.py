@@ -41,6 +41,7 @@ from hfc_design.controllers.controller import (
     primed,
 )
 from hfc_design.controllers.rules import identifier
+from hfc_design.core.lanes import LANES
 from hfc_design.core.numbers import SCALARS, Gains, Memory, clipped
 
 #: Name of the previous command in memory, which is needed if its rate is limited.
@@ -123,7 +124,6 @@ def _through_jax(
     trace: Trace, law: AxisLaw, gains: Gains, memory: Memory, inputs: dict[str, Node]
 ) -> tuple[Any, Memory]:
     """Return the command and the new memory of a law that calls JAX."""
-    from hfc_design.core.lanes import LANES  # which loads JAX
 
     def sample(
         limit: Any, every: Any, gains: Gains, memory: Memory, inputs: Any

@@ -3,7 +3,7 @@
 import os
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from inspect import CO_VARARGS, CO_VARKEYWORDS
 from pathlib import Path
@@ -33,7 +33,6 @@ def named(trace: Tape) -> Iterator[None]:
     Nodes and arrays get the names of local variables of the law's functions. The first paragraph of
     a docstring that cites a source becomes a comment before the function's statements.
     """
-    before = sys.getprofile()
 
     def watch(frame: FrameType, event: str, argument: Any) -> None:
         code = frame.f_code
@@ -53,18 +52,15 @@ def named(trace: Tape) -> Iterator[None]:
             for name in local_names:
                 call_it(frame.f_locals.get(name), name)
 
-    sys.setprofile(watch)
-    try:
+    with profiled(watch):
         yield
-    finally:
-        sys.setprofile(before)
 
 
 @contextmanager
-def unnamed() -> Iterator[None]:
-    """Take no names and comments from functions that run inside this context."""
+def profiled(watch: Callable[[FrameType, str, Any], None] | None) -> Iterator[None]:
+    """Call ``watch`` for the functions that run inside this context; None: take no names there."""
     before = sys.getprofile()
-    sys.setprofile(None)
+    sys.setprofile(watch)
     try:
         yield
     finally:

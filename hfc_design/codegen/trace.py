@@ -7,6 +7,7 @@ from inspect import signature
 from operator import add
 from typing import Any
 
+from hfc_design.codegen.jaxprs import traced
 from hfc_design.codegen.nodes import (
     REAL,
     Array,
@@ -25,7 +26,7 @@ from hfc_design.codegen.nodes import (
     refusal,
 )
 from hfc_design.codegen.recorder import Recorder
-from hfc_design.codegen.sayings import call_it, first_line, unnamed
+from hfc_design.codegen.sayings import call_it, first_line, profiled
 from hfc_design.codegen.simplify import known
 from hfc_design.codegen.values import begin_of, cost, form_of, given_of, mapped, several, shape_of
 from hfc_design.core.numbers import SCALARS, Xp
@@ -67,9 +68,7 @@ class Trace(Recorder):
 
     def foreign(self, function: Callable[..., Any], *arguments: Any) -> Any:
         """Return the result of a function that may be written for JAX."""
-        from hfc_design.codegen.jaxprs import traced  # which loads JAX
-
-        with unnamed():
+        with profiled(None):
             return traced(self, function, *arguments)
 
     def pick(self, values: Any, number: Any) -> Any:

@@ -14,7 +14,7 @@ from typing import Any, get_type_hints
 import numpy as np
 
 from hfc_design.core import archive
-from hfc_design.core.lock import TEMPORARY, beside, check
+from hfc_design.core.lock import TEMPORARY, check, new_name
 from hfc_design.core.numbers import Floats, Integers, Mask
 from hfc_design.core.records import RunError, writing
 
@@ -35,7 +35,7 @@ def write_whole(path: Path, content: bytes) -> None:
         RunError: the disk is full, the folder cannot be written, or it belongs to another process
             now; the old content stays.
     """
-    temporary = beside(path)
+    temporary = new_name(path)
     with writing(path):
         file = temporary.open("xb")  # x: never a file or link that is there already
         try:

@@ -18,6 +18,7 @@ from rich.table import Column
 from rich.table import Table as Grid
 from rich.text import Text
 
+from hfc_design.core.records import harmless
 from hfc_design.core.tables import Table
 
 #: A terminal that claims fewer columns than the first number is taken to have the second.
@@ -152,8 +153,6 @@ def say(*lines: str) -> None:
 
 
 def _plain(text: str) -> str:
-    from hfc_design.core.records import harmless  # which imports NumPy
-
     lines = (harmless(line) for line in text.split("\n"))
     return "\n".join(lines).translate(PLAIN)
 

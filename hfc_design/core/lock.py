@@ -165,7 +165,7 @@ def _taken(path: Path) -> int | None:
 
 def _overtaken(path: Path) -> int | None:
     """Replace a lock file without recent heartbeats by our own; return its descriptor, or None."""
-    temporary = beside(path)
+    temporary = new_name(path)
     new = _opened(temporary, "x")
     with suppress(FileNotFoundError, PermissionError):  # another process was quicker
         _lock(new)
@@ -188,7 +188,7 @@ def _lies_at(path: Path, descriptor: int) -> bool:
     return False
 
 
-def beside(path: Path) -> Path:
+def new_name(path: Path) -> Path:
     """Return a new name in the folder of ``path``, for a file that is being written or removed."""
     return path.with_name(secrets.token_hex(8).join(TEMPORARY))
 
@@ -224,7 +224,7 @@ def _lock(file: int, shared: bool = False) -> None:
 def _remove(path: Path) -> None:
     """Remove a file that is open, so that its name is free at once."""
     if sys.platform == "win32":
-        path = path.rename(beside(path))
+        path = path.rename(new_name(path))
     path.unlink()
 
 

@@ -15,7 +15,7 @@ WRITTEN = re.compile(
 def known(text: float | str) -> float | str:
     """Validate a quantity; ValueError: it is a text that is not a number with a known unit."""
     if isinstance(text, str):
-        _quantity(text, None)
+        _quantity(text)
     return text
 
 
@@ -27,12 +27,7 @@ def number(quantity: float | str, unit: str, millimetres: float | None = None) -
     """
     if not isinstance(quantity, str):
         return float(quantity)
-    import pint
-
-    try:
-        return float(_quantity(quantity, millimetres).to(unit).magnitude)
-    except (pint.PintError, AssertionError):
-        raise ValueError(f"{quantity!r}: must have a unit that converts to {unit}") from None
+    return float(_quantity(quantity, millimetres, unit).magnitude)
 
 
 def without_unit(value: Any, unit: str) -> str:
@@ -45,16 +40,21 @@ def without_unit(value: Any, unit: str) -> str:
         return ""
 
 
-def _quantity(text: str, millimetres: float | None) -> Any:
+def _quantity(text: str, millimetres: float | None = None, unit: str | None = None) -> Any:
+    """Return the quantity in ``unit`` (None: its own); ValueError: see ``number`` and ``known``."""
     import pint
 
     match = WRITTEN.fullmatch(text.strip())
     if not match or not math.isfinite(float(match[1])):
         raise ValueError(f"{text[:40]!r} must be a number with a unit, as in '20 urad'")
     try:
-        return registry(millimetres).Quantity(float(match[1]), match[2])
+        quantity = registry(millimetres).Quantity(float(match[1]), match[2])
     except (pint.PintError, AttributeError, TypeError, ValueError):
         raise ValueError(f"{text[:40]!r}: unknown unit {match[2]}") from None
+    try:
+        return quantity if unit is None else quantity.to(unit)
+    except (pint.PintError, AssertionError):
+        raise ValueError(f"{text!r}: must have a unit that converts to {unit}") from None
 
 
 @cache

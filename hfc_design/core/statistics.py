@@ -1,8 +1,9 @@
-"""Statistics of shares, of paired numbers and of many tests; SciPy is imported when used."""
+"""Statistics of shares, of paired numbers and of many tests."""
 
 from typing import NamedTuple
 
 import numpy as np
+import scipy  # which imports its parts when they are used
 
 from hfc_design.core.numbers import Floats
 
@@ -26,11 +27,9 @@ def share_interval(hits: int, count: int) -> Interval:
 
     Exact: it contains the true share with a probability of at least ``LEVEL``, for every share.
     """
-    from scipy.stats import binomtest
-
     if not count:
         return 0.0, 1.0
-    low, high = binomtest(hits, count).proportion_ci(LEVEL, method="exact")
+    low, high = scipy.stats.binomtest(hits, count).proportion_ci(LEVEL, method="exact")
     return float(low), float(high)
 
 
@@ -41,9 +40,7 @@ def median_interval(values: Floats) -> Interval | None:
     median is between them (the inverse of the sign test). The interval is exact, and infinite
     values are allowed.
     """
-    from scipy.stats import binom
-
-    place = int(binom.ppf((1.0 - LEVEL) / 2.0, len(values), 0.5)) if len(values) else 0
+    place = int(scipy.stats.binom.ppf((1.0 - LEVEL) / 2.0, len(values), 0.5)) if len(values) else 0
     if not place:
         return None
     ranked = np.sort(values)
@@ -67,12 +64,10 @@ def paired(logarithms: Floats) -> Paired:
 
 def _signed_ranks(values: Floats) -> float:
     """Return the two-sided p of Wilcoxon's signed-rank test of (n,) ``values``."""
-    from scipy.stats import rankdata, wilcoxon
-
     if len(values) > FEW and values.any():
-        return float(wilcoxon(values, zero_method="pratt").pvalue)
+        return float(scipy.stats.wilcoxon(values, zero_method="pratt").pvalue)
     # All combinations of signs; SciPy takes seconds for them where values are tied.
-    ranks = rankdata(np.abs(values))[values != 0.0]
+    ranks = scipy.stats.rankdata(np.abs(values))[values != 0.0]
     signs = np.arange(2 ** len(ranks))[:, None] >> np.arange(len(ranks)) & 1
     sums, seen = signs @ ranks, ranks @ (values[values != 0.0] > 0.0)
     return float(min(2 * np.mean(sums <= seen), 2 * np.mean(sums >= seen), 1.0))

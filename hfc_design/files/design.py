@@ -108,7 +108,7 @@ class Limits(PerAxisRecord):
         rates = {axis: self.of(axis).command_rate for axis in axes}
         return {axis: rate and rate * sample_time for axis, rate in rates.items()}
 
-    def beside(self, *used: str) -> Json:
+    def other_than(self, *used: str) -> Json:
         """Return values by full keys (limits.KEY), but neither the keys ``used`` nor defaults."""
         left = self.model_dump(exclude={"axes", *used}, exclude_defaults=True)
         return {f"limits.{key}": x for key, x in left.items()}
@@ -281,11 +281,7 @@ def read_design(path: str | Path) -> Design:
 
 
 def parse_design(text: str, source: str | Path) -> Design:
-    """Parse the design in ``text``; ``source`` is named in messages.
-
-    Raises:
-        UserError: text is not JSON, or is not a design that can run.
-    """
+    """Parse the design in ``text`` from ``source``; UserError: it is not JSON, or cannot run."""
     with as_user_error(source):
         data = _json_of(text)
     provenance = data.get("provenance") if isinstance(data, dict) else None

@@ -18,11 +18,7 @@ TOO_FAR = (
 
 
 def check_feasible(plant: PlantSettings, reference: AnyReference, simulation: Simulation) -> None:
-    """Check that the machine has the axes of the reference, and can follow it.
-
-    Raises:
-        ValueError: the machine has other axes, or cannot follow the reference.
-    """
+    """Check that a machine has the axes of a reference and can follow it; ValueError: it cannot."""
     axes = plant.machine.axes
     if isinstance(reference, Trajectory):
         _check_path(reference, plant.each(), simulation.sample_time_s)

@@ -202,11 +202,7 @@ def machine(design: Design, scenario: Scenario) -> PlantSettings:
 
 
 def _check_signals(design: Design, here: PlantSettings) -> None:
-    """Check that the plant ``here`` has the signals that the controller of a design reads.
-
-    Raises:
-        UserError: a signal is missing or has another unit, or the names of the axes differ.
-    """
+    """Check that a plant has the signals that a design reads; UserError: a name or unit differs."""
     plant_name = design.plant.name
     head = f"design {design.name} is for the plant {plant_name} and cannot run on {here.name}"
     try:
@@ -282,11 +278,7 @@ def slower_drives(design: Design, scenario: Scenario) -> dict[str, float | None]
 
 
 def check_drives(design: Design, scenario: Scenario) -> None:
-    """Check that the drives of a simulated loop can follow the fastest command of the design.
-
-    Raises:
-        UserError: the ``command_rate`` of a drive is too small.
-    """
+    """Check that drives can follow a design's fastest command; UserError: one cannot."""
     for axis, change in slower_drives(design, scenario).items():
         if change:
             rate = scenario.limits.of(axis).command_rate

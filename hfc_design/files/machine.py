@@ -149,11 +149,7 @@ def _unknown(drives: Iterable[Drive], names: Iterable[str]) -> dict[str, str]:
 
 
 def check_axes(key: str, named: Iterable[str], known: Iterable[str]) -> None:
-    """Check that every axis that a file names is one of the machine's.
-
-    Raises:
-        ValueError: an axis is not one of the machine's.
-    """
+    """Check that every axis that a file names is one of the machine's; ValueError: one is not."""
     for axis in named:
         if axis not in known:
             known_axes = one_of(axis, known, "the machine has")

@@ -8,6 +8,7 @@ from typing import Any
 
 from hfc_design.core.embedded_files import AnyFile, content_of
 from hfc_design.core.numbers import Json
+from hfc_design.core.overrides import flat
 from hfc_design.core.records import UserError
 from hfc_design.core.texts import LARGEST_TABLE
 from hfc_design.files.design import Design
@@ -142,10 +143,6 @@ def _word(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def dotted(table: Mapping[str, Any], prefix: str = "") -> Json:
-    """Return a table of tables as one table with dotted keys, which begin with ``prefix``."""
-    flattened: Json = {}
-    for key, value in table.items():
-        inside = isinstance(value, Mapping)
-        flattened |= dotted(value, f"{prefix}{key}.") if inside else {prefix + key: value}
-    return flattened
+def dotted(table: Json) -> Json:
+    """Return a table of tables as one table with dotted keys, without empty tables."""
+    return {key: x for key, x in flat(table).items() if x != {}}

@@ -8,6 +8,7 @@ from typing import Any
 
 from hfc_design.core.records import UserError, option
 from hfc_design.files.design import Design
+from hfc_design.formats.connection import connect
 from hfc_design.formats.writing import Format
 
 _MODULES = [module.name for module in pkgutil.iter_modules(__path__) if module.name != "reading"]
@@ -22,11 +23,7 @@ def connecting(form: Format, bare: bool) -> Callable[[Design], Design]:
 
     This function returns designs unchanged if ``bare`` is true or ``form.connects`` is false.
     """
-    if bare or not form.connects:
-        return lambda design: design
-    from hfc_design.formats.connection import connect  # starts JAX
-
-    return connect
+    return connect if form.connects and not bare else lambda design: design
 
 
 def with_data(form: Format, **given: Any) -> Format:

@@ -52,9 +52,9 @@ def compilers() -> dict[Platform, list[str]]:
 
 def note() -> str:
     """Return a line on the binaries that FMUs lack here; "": they lack none."""
-    if (found := len(compilers())) == len(PLATFORMS):
+    if (count := len(compilers())) == len(PLATFORMS):
         return ""
-    have = "binaries for Linux on x86-64 only" if found else "no binaries, only their C sources"
+    have = "binaries for Linux on x86-64 only" if count else "no binaries, only their C sources"
     return f'the FMUs contain {have}; for those of other systems: pip install "hfc-design[fmu]"'
 
 

@@ -146,8 +146,8 @@ def _connected(
     meanings: dict[str, str] = {}
     for known, means in known_signals.values():  # a unit is "" if it differs between axes
         meanings |= means
-        own = {name: known[name] for name in names if name in known}
-        units |= {name: unit * (units.get(name, unit) == unit) for name, unit in own.items()}
+        of_axis = {name: known[name] for name in names if name in known}
+        units |= {name: unit * (units.get(name, unit) == unit) for name, unit in of_axis.items()}
     return Connected(units, meanings, around, controller, known_signals, fed, steps)
 
 

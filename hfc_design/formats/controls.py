@@ -81,7 +81,7 @@ def _axes(control: Json, design: Design, motor: Json) -> dict[str, Json]:
             wrong = "must be a number above 0" if key in MOTOR else f"unknown; {one_of(key, MOTOR)}"
             raise UserError(f"{option('motor', x, key=key)}: {wrong}")
     scenario = own_scenario(design, design.name)
-    plant, parts, found = machine(design, scenario), design.by_axis(), {}
+    plant, parts, quantities = machine(design, scenario), design.by_axis(), {}
     for axis in plant.each():
         part, sensors = parts.get(axis.name, design), scenario.sensors.of(axis.name)
         kind, drive = part.controller.kind, axis.drive
@@ -101,8 +101,8 @@ def _axes(control: Json, design: Design, motor: Json) -> dict[str, Json]:
             of |= {key: getattr(gains, key) / unit for key in ("velocity", "acceleration")}
             friction = {"coulomb": gains.coulomb, "width": gains.width * unit}
             of |= {"load": gains.load} | (friction if gains.coulomb else {})
-        found[identifier(axis.name) if plant.axes else ""] = of
-    return found
+        quantities[identifier(axis.name) if plant.axes else ""] = of
+    return quantities
 
 
 def _gains(control: Json, design: Design, sensors: SensorSettings) -> LinearGains:
@@ -150,17 +150,17 @@ def _cascade(name: str, axis: Axis, gains: LinearGains, unit: float, motor: Json
     lead, torque, constant, friction = _motor(axis, motor)
     turn = 2.0 * pi * unit / lead  # angle of the motor for a unit of the position [rad]
     per_radian, inertia = kd / turn, gains.acceleration * torque / turn
-    found = {"kv": kv, "tn": 1.0 / integral if integral else 0.0, "kp": per_radian * torque}
-    per_turn = 2.0 * pi * found["kp"]
-    found |= {"radian_p": per_radian, "turn_p": per_turn, "current_p": per_turn / constant}
-    found |= {f"{x}_i": found[f"{x}_p"] * integral for x in ("radian", "turn", "current")}
-    found["mode"] = 4.0 if gains.acceleration else 3.0  # with or without feed-forward of the torque
+    values = {"kv": kv, "tn": 1.0 / integral if integral else 0.0, "kp": per_radian * torque}
+    per_turn = 2.0 * pi * values["kp"]
+    values |= {"radian_p": per_radian, "turn_p": per_turn, "current_p": per_turn / constant}
+    values |= {f"{x}_i": values[f"{x}_p"] * integral for x in ("radian", "turn", "current")}
+    values["mode"] = 4.0 if gains.acceleration else 3.0  # with or without feed-forward of torque
     if gains.acceleration:
-        found |= {"inertia": inertia, "turn_inertia": 2.0 * pi * inertia}
+        values |= {"inertia": inertia, "turn_inertia": 2.0 * pi * inertia}
     friction = gains.coulomb * torque or friction
     if friction and integral and axis.length:
-        found |= {"pulse": friction / found["kp"] * lead / pi, "tn_friction": found["tn"]}
-    return found
+        values |= {"pulse": friction / values["kp"] * lead / pi, "tn_friction": values["tn"]}
+    return values
 
 
 def _motor(axis: Axis, given: Json) -> tuple[float, float, float, float]:
@@ -174,11 +174,11 @@ def _motor(axis: Axis, given: Json) -> tuple[float, float, float, float]:
     return lead, given.get("torque", torque), given.get("torque_constant", nan), friction
 
 
-def _values(of: str, rows: list[Row], found: Json) -> dict[str, float]:
+def _values(of: str, rows: list[Row], quantities: Json) -> dict[str, float]:
     """Return the parameters whose quantities are known; UserError: one is out of its range."""
     values = {}
-    for row in (row for row in rows if row.of in found):
-        value = float(f"{found[row.of] * row.factor:.7g}")
+    for row in (row for row in rows if row.of in quantities):
+        value = float(f"{quantities[row.of] * row.factor:.7g}")
         if isnan(value):
             needed = MOTOR[: NEEDED.get(row.of.partition("_")[0], 2)]
             raise UserError(f"{of}: {row.name} needs {', '.join(needed)} in {option('motor')}")
@@ -194,7 +194,7 @@ def _old(control: Json, path: Path, new: Json) -> Json:
 
     Those are ``NAME = number`` in ``[JOINT_0]`` and ``setp pid.0.PIN number``.
     """
-    text, found = read_text(path), {}
+    text, by_axis = read_text(path), {}
     as_json = "pins" not in control or path.suffix == ".json"
     with as_user_error(path):
         whole: Any = json_of(text) if as_json else {}
@@ -209,10 +209,10 @@ def _old(control: Json, path: Path, new: Json) -> Json:
                 rf"(?m)^(?:{place}|{pin})[ \t]*({NUMBER.pattern})[ \t]*(?:#|$)", text
             ):
                 each[name] = float(match[1])
-        found[axis] = {key: x for key in names if type(x := each.get(key)) in (int, float)}
-    if not any(found.values()):
+        by_axis[axis] = {key: x for key in names if type(x := each.get(key)) in (int, float)}
+    if not any(by_axis.values()):
         raise UserError(f"{path}: has no number of {', '.join(names)}")
-    return found
+    return by_axis
 
 
 FORMATS = tuple(

@@ -37,8 +37,8 @@ def project(design: Design) -> str:
     parts: Json = {"name": block.name, "kind": "functionBlock", "body": block.law.body}
     parts["comment"] = f"{CALL} {'. '.join(writing.head(design))}"
     reset = Variable("reset", "BOOL"), "forgets the past"
-    own = [(one, what) for what, variables in sections for one in variables]
-    parts["variables"] = {"inputVars": [reset, *inputs], "outputVars": outputs, "localVars": own}
+    local = [(one, what) for what, variables in sections for one in variables]
+    parts["variables"] = {"inputVars": [reset, *inputs], "outputVars": outputs, "localVars": local}
     example: Json = {"name": program, "kind": "program", "comment": EXAMPLE}
     controller = (Variable(instance, block.name), "the controller")
     example["variables"] = {"localVars": [controller, *inputs, *outputs]}

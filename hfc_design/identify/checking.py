@@ -118,10 +118,10 @@ class Check(NamedTuple):
         """Draw error and command of the log, with the band of the machines."""
         figure = framed(4.4, top=0.35)
         panels = figure.subplots(len(self.curves), sharex=True)
-        for axes, (label, (own, ends)) in zip(panels, self.curves.items(), strict=True):
-            time = np.asarray(self.sample_time * np.arange(len(own)), float)
+        for axes, (label, (values, ends)) in zip(panels, self.curves.items(), strict=True):
+            time = np.asarray(self.sample_time * np.arange(len(values)), float)
             axes.fill_between(time, *ends, color=OTHER, alpha=0.3, lw=0, label="5 to 95 %")
-            axes.plot(*thinned(time, own), color=OWN, lw=0.9, label="log")
+            axes.plot(*thinned(time, values), color=OWN, lw=0.9, label="log")
             finish(axes, label, "time [s]" if axes is panels[-1] else "")
         above(figure, panels[0])
         return figure
@@ -159,11 +159,11 @@ class Promise:
     def check(self, log: Recording, name: str) -> Check:
         """Return how a log with this reference compares with the machines."""
         assert log.command is not None
-        own = log.command[:, None], log.place[:, None]
-        off = self._features(*own) - self._usual.mean[:, None]
+        signals_of_log = log.command[:, None], log.place[:, None]
+        off = self._features(*signals_of_log) - self._usual.mean[:, None]
         count, distance = len(self._ranks), self._usual.distance(off)
         p_value = float((1.0 + np.sum(self._ranks >= distance)) / (1.0 + count))
-        values = {key: float(x[0]) for key, x in self._numbers(*own).items()}
+        values = {key: float(x[0]) for key, x in self._numbers(*signals_of_log).items()}
         explained = tuple(self._explained(off)) if p_value < UNLIKE else ()
         machines = self._setup.machines.size - 1
         labels = f"error [{self._units['error']}]", f"command [{self._units['command']}]"
@@ -213,7 +213,7 @@ class Promise:
 
     def _explained(self, off: Floats) -> list[Explanation]:
         """Return what would explain features ``off`` the mean, the best first."""
-        found = []
+        explanations = []
         for one, curve in self._curves:
             place = np.linspace(0.0, len(one.sizes) - 1.0, BETWEEN * (len(one.sizes) - 1) + 1)
             low = np.minimum(place.astype(int), len(one.sizes) - 2)
@@ -224,8 +224,8 @@ class Promise:
             size = float(one.sizes[low[k]] * (1.0 - share[k]) + one.sizes[low[k] + 1] * share[k])
             words = one.words.format(three_digits(size))
             keys = {key: x * size if one.none else x + size for key, x in one.keys.items()}
-            found.append(Explanation(one.name, words, float(distance[k]), size, keys))
-        return sorted(found, key=lambda one: one.distance)
+            explanations.append(Explanation(one.name, words, float(distance[k]), size, keys))
+        return sorted(explanations, key=lambda one: one.distance)
 
 
 class _Usual(NamedTuple):
@@ -287,8 +287,8 @@ def _factors(setup: Setup) -> Iterator[_Change]:
         ]
         good = [k for k, x in enumerate(changed) if drive.fault(x._asdict()) is None]
         some = setup.bare.take(np.zeros(len(good), int))
-        own = jax.tree.map(lambda *x: np.array(x, float), *(changed[k] for k in good))
-        true = tuple(own if k == axis else x for k, x in enumerate(some.actual))
+        changed_values = jax.tree.map(lambda *x: np.array(x, float), *(changed[k] for k in good))
+        true = tuple(changed_values if k == axis else x for k, x in enumerate(some.actual))
         machines = standing(Machines(some.nominal, true), setup.scenario, setup.loop)
         keys = {f"plant{several or '.parameters'}.{x}": getattr(values, x) for x in parameters}
         words = f"{name} times {{}}"

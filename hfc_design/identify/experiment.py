@@ -125,24 +125,24 @@ def choose(
     short = UserError(f"{option('travel', limits.travel)}: is too short for any experiment")
     if not inside:
         raise short
-    own = _simulated(setup, _own_motion(setup, SEGMENTS * steps), some)
+    reference_run = _simulated(setup, _own_motion(setup, SEGMENTS * steps), some)
     noise = noise or NOTHING * limits.travel
-    wanted, before = _information(setup, own, noise, names)
+    wanted, before = _information(setup, reference_run, noise, names)
     tables = np.array([_information(setup, run, noise, names)[1] for run in inside])
-    kept = _determined(tables.sum(axis=(0, 1)), len(wanted))
-    before, tables = (x[..., kept, :][..., kept] for x in (before, tables))
-    free = [wanted[k] for k in kept if k < len(wanted)]
+    determined = _determined(tables.sum(axis=(0, 1)), len(wanted))
+    before, tables = (x[..., determined, :][..., determined] for x in (before, tables))
+    free = [wanted[k] for k in determined if k < len(wanted)]
     if not free:
         raise short
     chosen = _best(tables, len(free), [bool(run.segment.added.any()) for run in inside])
     total = tables[chosen].sum(axis=0)
     picked = [inside[k].segment for k in sorted(chosen)]
     pairs = zip(free, _errors(before).mean(axis=0), _errors(total).mean(axis=0), strict=False)
-    told = {name: (float(one), float(two)) for name, one, two in pairs}
+    expected = {name: (float(one), float(two)) for name, one, two in pairs}
     picked, reached = _within(setup, picked, limits, every)
-    held = tuple(name for name in wanted if name not in told)
+    unknown = tuple(name for name in wanted if name not in expected)
     count = setup.machines.size
-    return Experiment(tuple(picked), every, limits, reached, count, told, held, drive.units)
+    return Experiment(tuple(picked), every, limits, reached, count, expected, unknown, drive.units)
 
 
 def _own_motion(setup: Setup, steps: int) -> Segment:
@@ -245,16 +245,16 @@ def _determined(information: Floats, count: int) -> list[int]:
     Of the first ``count`` numbers that only change together, the last one is held, as in
     ``identifiability``.
     """
-    kept = [*range(len(information))]
-    while len(kept) > 1:
-        some = information[np.ix_(kept, kept)] + VAGUE**-2 * np.eye(len(kept))
+    left = [*range(len(information))]
+    while len(left) > 1:
+        some = information[np.ix_(left, left)] + VAGUE**-2 * np.eye(len(left))
         sizes, ways = np.linalg.eigh(some)
         if sizes[0] ** -0.5 * np.abs(ways[:, 0]).max() < TOGETHER:
             break
         part = np.abs(ways[:, 0])
-        near = [k for k, x in zip(kept, part, strict=True) if x >= NEARLY * part.max()]
-        kept.remove(max([k for k in near if k < count], default=near[-1]))
-    return kept
+        near = [k for k, x in zip(left, part, strict=True) if x >= NEARLY * part.max()]
+        left.remove(max([k for k in near if k < count], default=near[-1]))
+    return left
 
 
 def _errors(information: Floats) -> Floats:

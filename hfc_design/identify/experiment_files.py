@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from hfc_design.core.checkpoint import write_whole
-from hfc_design.core.records import writing
 from hfc_design.core.tables import Table
 from hfc_design.core.wording import percent, three_digits
 from hfc_design.files.machine import Axis
 from hfc_design.formats import sampled
+from hfc_design.formats.writing import Content
+from hfc_design.formats.writing import write as write_files
 from hfc_design.identify.experiment import Experiment
 from hfc_design.plotting.curves import thinned
 from hfc_design.plotting.figure import OTHER, OWN, finish, framed
@@ -23,11 +23,7 @@ POINTS = 0.02
 
 
 def write(made: Experiment, axis: Axis, plant: str, path: Path, command: str) -> None:
-    """Write the folder of an experiment; ``command`` is the command line that made it.
-
-    Raises:
-        RunError: the folder cannot be written.
-    """
+    """Write an experiment's folder; ``command`` made it; RunError: the folder cannot be written."""
     parts, limits, errors = tables(made)
     page = rendered(
         "experiment.html.j2",
@@ -47,18 +43,15 @@ def write(made: Experiment, axis: Axis, plant: str, path: Path, command: str) ->
     columns = {"reference": (made.reference, error), "added": (made.added, volt)}
     # Without an added signal it is a table that a scenario can name as its reference.
     shown = columns if made.added.any() else {"reference": columns["reference"]}
-    files = {
+    files: dict[str, Content] = {
         "experiment.csv": sampled.csv(made.time, shown),
         "experiment.h": sampled.c_header("experiment", made.sample_time, columns),
         "experiment.ngc": "\n".join(_gcode(made, axis)) + "\n",
         "experiment.txt": sampled.streamed(columns),
         "experiment.hal": HAL.format(period=round(1e9 * made.sample_time), rows=len(made.time) + 1),
+        REPORT: page.html,
     }
-    with writing(path):
-        path.mkdir(parents=True, exist_ok=True)
-    for name, text in files.items():
-        write_whole(path / name, text.encode())
-    write_whole(path / REPORT, page.html)
+    write_files(path, files)
 
 
 def tables(made: Experiment) -> list[Table]:

@@ -91,8 +91,8 @@ def measured_response(log: Recording, drive: Drive, source: str) -> FrequencyRes
         open_loop = (density(x, x, length, every) / to_command - 1.0)[None]
         soft = (density(w, y, length, every) / density(w, w, length, every))[None]
     loops = open_loop if np.ptp(log.added) else None, soft if np.ptp(w) else None
-    found = tuple(modes(hertz, response, error, trust >= KNOWN))
-    about = (response[None], trust, response_units(drive.units), *loops, error, found)
+    its_modes = tuple(modes(hertz, response, error, trust >= KNOWN))
+    about = (response[None], trust, response_units(drive.units), *loops, error, its_modes)
     return FrequencyResponse(source, hertz, every, *about, (*log.notes, *notes))
 
 
@@ -113,14 +113,14 @@ def modes(hertz: Floats, response: Any, error: Floats, known: Any) -> list[Mode]
     """Return the modes at peaks of the acceleration per command (frequencies,)."""
     size = np.log(np.where(known, np.abs(response) * hertz**2, np.nan))
     size = median_filter(np.nan_to_num(size, nan=np.nanmin(size)), 3, mode="nearest")
-    found = list[Mode]()
+    listed = list[Mode]()
     for k in find_peaks(size, width=2, prominence=np.log(FACTOR))[0]:
         near = known & (hertz > hertz[k] / FITTED) & (hertz < hertz[k] * FITTED)
         if known[k] and near.sum() >= FEWEST:
             mode = _mode(hertz[near], response[near], error[near], float(hertz[k]))
-            if mode and all(abs(mode.hz / x.hz - 1.0) > SHARP for x in found):
-                found.append(mode)
-    return found
+            if mode and all(abs(mode.hz / x.hz - 1.0) > SHARP for x in listed):
+                listed.append(mode)
+    return listed
 
 
 def _mode(hertz: Floats, response: Any, error: Floats, peak: float) -> Mode | None:

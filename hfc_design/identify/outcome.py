@@ -1,11 +1,10 @@
 """Result of an identification, in numbers, tables and sentences."""
 
-import json
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Json
+from hfc_design.core.numbers import Floats, Json, storable
 from hfc_design.core.tables import MISSING, Table, line
 from hfc_design.files.machine import Axis
 from hfc_design.identify.fit import Fit
@@ -205,5 +204,4 @@ class Outcome(NamedTuple):
             "record_next": self.advice_line(),
             "notes": list(self.notes),
         }
-        finite: Json = json.loads(json.dumps(data), parse_constant=lambda _: None)
-        return finite
+        return cast(Json, storable(data))

@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from scipy.signal import welch
 
-from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.numbers import Floats
 from hfc_design.core.plugins import given, options
-from hfc_design.core.records import writing
+from hfc_design.formats.writing import Content
+from hfc_design.formats.writing import write as write_files
 from hfc_design.identify.identifiability import CONFIDENCE, GIVEN
 from hfc_design.identify.identified import Identified
 from hfc_design.identify.profiles import LIMIT, Profile
@@ -39,15 +39,12 @@ def write(result: Identified, path: Path, command: str) -> None:
     Raises:
         UserError, RunError: no valid scenario can hold the result, or the folder cannot be written.
     """
-    texts = {
-        "scenario.toml": scenario_text(result).encode(),
-        "identified.json": (json.dumps(result.numbers(), indent=1) + "\n").encode(),
+    texts: dict[str, Content] = {
+        "scenario.toml": scenario_text(result),
+        "identified.json": json.dumps(result.numbers(), indent=1) + "\n",
         REPORT: page(result, command).html,
     }
-    with writing(path):
-        path.mkdir(parents=True, exist_ok=True)
-    for name, content in texts.items():
-        write_whole(path / name, content)
+    write_files(path, texts)
 
 
 def page(result: Identified, command: str) -> Page:

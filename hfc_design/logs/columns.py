@@ -206,9 +206,9 @@ def find_column(one: Column, log: Log, drive: Drive) -> Column:
         ValueError: there is no such column, or its unit is %, which needs a value from the user.
     """
     unit = units_of(drive)[one.name]
-    if len(found := named_like(one.column, log)) != 1:
+    if len(matching := named_like(one.column, log)) != 1:
         raise ValueError(f"unknown column {one.column[:60]!r}; {listed_columns(log)}")
-    one = one._replace(column=found[0])
+    one = one._replace(column=matching[0])
     if one.unit is not None:
         return one
     units = [end for _, end in parts_of(one.column)]

@@ -86,9 +86,9 @@ def tdms(file: BytesIO, most: int) -> Iterator[Channel]:
         channels = [one for group in log.groups() for one in group.channels()]
         _check(most, map(len, channels))
         for one in channels:
-            told, values, unit = one.properties, one[:], one.properties.get("unit_string", "")
-            clock = [told.get(f"wf_{x}") for x in ("increment", "start_offset", "start_time")]
-            step = clock[0] if told.get("wf_xunit_string", "") in ("", "s") else None
+            properties, values, unit = one.properties, one[:], one.properties.get("unit_string", "")
+            clock = [properties.get(f"wf_{x}") for x in ("increment", "start_offset", "start_time")]
+            step = clock[0] if properties.get("wf_xunit_string", "") in ("", "s") else None
             group = f"{len(one)} {clock if step else one.group_name}"
             if values.dtype.kind == "M":
                 values, unit = (values - values[:1]) / np.timedelta64(1, "s"), "s"
@@ -102,10 +102,10 @@ def hdf5(file: BytesIO, most: int) -> Iterator[Channel]:
     """
     import h5py
 
-    found = dict[str, Any]()
+    items = dict[str, Any]()
     with h5py.File(file, "r") as log:
-        log.visititems(lambda path, item: found.update({path: item}))
-        sets = {path: item for path, item in found.items() if isinstance(item, h5py.Dataset)}
+        log.visititems(lambda path, item: items.update({path: item}))
+        sets = {path: item for path, item in items.items() if isinstance(item, h5py.Dataset)}
         inside = {x: y for x, y in sets.items() if not (y.is_virtual or y.external or x[0] == "#")}
         _check(most, (y.size * len(y.dtype.names or "x") for y in inside.values()))
         for path, item in inside.items():
@@ -136,8 +136,8 @@ def mat(file: Any, most: int) -> Iterator[Channel]:
     with suppress(TypeError):  # SciPy cannot tell the size of an object
         _check(most, (prod(shape) for _, shape, _ in whosmat(file)))
     for variable, value in loadmat(file, simplify_cells=True).items():
-        found = _of_value(variable, variable, value) if variable[:2] != "__" else ()
-        yield from (one for one in found if not one.unit or "." not in one.path)
+        channels = _of_value(variable, variable, value) if variable[:2] != "__" else ()
+        yield from (one for one in channels if not one.unit or "." not in one.path)
 
 
 def _of_value(name: str, path: str, value: Any) -> Iterator[Channel]:
@@ -162,8 +162,8 @@ def _of_value(name: str, path: str, value: Any) -> Iterator[Channel]:
             parts[label or f"{name}.signals({k})"] = one["values"]
     elif {"Time", "Data"} <= value.keys():  # a timeseries as a struct
         parts = {"time": value["Time"], name: value["Data"]}
-    for own, one in parts.items():
-        yield from _of_value(own, f"{path}.{own.removeprefix(f'{path}.')}", one)
+    for called, one in parts.items():
+        yield from _of_value(called, f"{path}.{called.removeprefix(f'{path}.')}", one)
 
 
 def _check(most: int, sizes: Iterable[int], what: str = "numbers") -> None:

@@ -60,16 +60,16 @@ def _channels(names: list[str], keys: dict[str, list[str]], table: Floats) -> Lo
             recorded = np.isfinite(table[:, k])
             times = table[recorded, k]
             full = abs(times[0]) > 1e15  # counted from the year 1601
-            own = {"time [100 ns]" if full else "time [ms]": times}
-            group = groups.setdefault(times.tobytes(), own)
+            started = {"time [100 ns]" if full else "time [ms]": times}
+            group = groups.setdefault(times.tobytes(), started)
             continue
-        told = {key: row[k] for key, row in keys.items() if len(row) > k}
-        unit = told.get("Unit", "").partition(" (")[0]  # "mm (Length)", "(None)"
+        settings = {key: row[k] for key, row in keys.items() if len(row) > k}
+        unit = settings.get("Unit", "").partition(" (")[0]  # "mm (Length)", "(None)"
         column = harmless(with_unit(name[:100], unit if is_unit(unit) else ""))
         if column in group:
             raise ValueError(f"columns must have different names (got {column[:60]!r} twice)")
         group[column] = table[recorded, k]
-        if any(number_or_none(told.get(key, "")) not in (None, x) for key, x in SCALES.items()):
+        if any(number_or_none(settings.get(key, "")) not in (None, x) for key, x in SCALES.items()):
             scaled.append(name)
     note = f"{', '.join(scaled)[:80]}: scaled in Scope, if its export did so: check the units"
     notes = (note,) if scaled else ()
@@ -81,11 +81,11 @@ def sinumerik_log(text: str) -> Log:
     signals, numbers = dict[str, dict[str, str]](), array("d")
     try:
         for _, element in ElementTree.iterparse(StringIO(text)):
-            told = element.attrib
+            facts = element.attrib
             if element.tag == "dataSignal" and not numbers:
-                signals[told["id"]] = dict(told)
+                signals[facts["id"]] = dict(facts)
             elif element.tag == "rec":
-                row = (number_of(told[x]) if x in told else np.nan for x in ("time", *signals))
+                row = (number_of(facts[x]) if x in facts else np.nan for x in ("time", *signals))
                 numbers.extend(row)
                 element.clear()
             if element.tag == "dataFrame":
@@ -101,12 +101,12 @@ def sinumerik_log(text: str) -> Log:
 
 def _traced(signals: dict[str, dict[str, str]], table: Floats) -> list[Log]:
     """Return the groups of signals that begin together and have one interval."""
-    called = {x: re.sub(r"\s*\(\d+ bit\)", "", told["description"]) for x, told in signals.items()}
+    called = {x: re.sub(r"\s*\(\d+ bit\)", "", row["description"]) for x, row in signals.items()}
     twice = Counter(called.values())
     groups = defaultdict[tuple[float, float], dict[str, Floats]](dict)
-    for (x, told), values in zip(signals.items(), table.T[1:], strict=True):
+    for (x, row), values in zip(signals.items(), table.T[1:], strict=True):
         written = np.isfinite(values)
-        times, step = table[written, 0], number_of(told["interval"])
+        times, step = table[written, 0], number_of(row["interval"])
         if step <= 0 or (np.diff(times) <= 0).any():
             raise ValueError(f"the interval must be above 0 and times must rise (got {step:g} s)")
         if not len(times):
@@ -115,9 +115,9 @@ def _traced(signals: dict[str, dict[str, str]], table: Floats) -> list[Log]:
         if steps * len(signals) > MOST_NUMBERS:
             raise ValueError(f"more than {MOST_NUMBERS} numbers at an interval of {step:g} s")
         middles = times[0] + (np.arange(int(steps + 0.01) + 1) + 0.5) * step
-        own = re.sub(r"[][,]", "", told["name"].rpartition("/")[2])
-        name = called[x] if twice[called[x]] == 1 else f"{called[x]} {own}"
+        end = re.sub(r"[][,]", "", row["name"].rpartition("/")[2])
+        name = called[x] if twice[called[x]] == 1 else f"{called[x]} {end}"
         if harmless(name[:100]) in (group := groups[step, times[0]]):
             raise ValueError(f"signals must have different names (got {name[:60]!r} twice)")
         group[harmless(name[:100])] = values[written][np.searchsorted(times, middles) - 1]
-    return [Log(own, step, format="SINUMERIK") for (step, _), own in groups.items()]
+    return [Log(x, step, format="SINUMERIK") for (step, _), x in groups.items()]

@@ -103,8 +103,8 @@ def _with_most(log: Log, drive: Drive, chosen: Mapping[str, Column]) -> Log:
     groups, position = [log._replace(others=()), *log.others], drive.seen[0]
 
     def score(group: Log) -> tuple[int, bool, int]:
-        told = {x for x, one in chosen.items() if len(named_like(one.column, group)) == 1}
-        known = told | {*columns_by_name(group, drive, [*chosen])}
+        assigned = {x for x, one in chosen.items() if len(named_like(one.column, group)) == 1}
+        known = assigned | {*columns_by_name(group, drive, [*chosen])}
         return len(known & {position, "command"}), position in known, len(known)
 
     most = max(groups, key=score) if log.others else log

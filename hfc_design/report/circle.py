@@ -66,13 +66,13 @@ class CircleTest(NamedTuple):
         """Return the output of ``hfc circle --json``."""
         total = sum(one.size for one in self.causes)
         named = ((one, self._detail(one)) for one in self.causes)
-        found = {
+        causes = {
             x.name: {"size_mm": x.size, "share": x.size / total, "detail": y} for x, y in named
         }
         judged = {"limits_mm": dict(self.limits), "passes": self.passes, "notes": self.notes}
-        own = {"radius_mm": self.radius, "feed_mm_min": self.feed, "about": [*self.about]}
-        largest = {"largest": self.causes[0].name, "causes": found}
-        return {**own, "deviations_mm": self.deviations, **largest, **judged}
+        test = {"radius_mm": self.radius, "feed_mm_min": self.feed, "about": [*self.about]}
+        largest = {"largest": self.causes[0].name, "causes": causes}
+        return {**test, "deviations_mm": self.deviations, **largest, **judged}
 
     def tables(self) -> list[Table]:
         """Return tables of the deviations and of the causes, and the notes."""
@@ -90,8 +90,8 @@ class CircleTest(NamedTuple):
         feed = f", feed {self.feed:.4g} mm/min" if self.feed else ""
         title = f"radius {self.radius:.6g} mm{feed}"
         head = ["deviation (ISO 230-4)", "symbol", "value [µm]", "limit [µm]", ""]
-        found = Table("", ["cause", "size [µm]", "share [%]", "detail"], sized)
-        return [Table("", head, rows, title=title), found, text(*self.notes)]
+        of_causes = Table("", ["cause", "size [µm]", "share [%]", "detail"], sized)
+        return [Table("", head, rows, title=title), of_causes, text(*self.notes)]
 
     def _detail(self, cause: Cause) -> str:
         """Return the sign and the physical quantity of a cause in words."""

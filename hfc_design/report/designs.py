@@ -6,8 +6,7 @@ from hfc_design.controllers.kind import require
 from hfc_design.core.records import UserError, option
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.loop_setup import load_design
-from hfc_design.files.machine import PlantSettings
-from hfc_design.runtime.explain import part
+from hfc_design.runtime.explain import axis_of, part
 
 
 def picture(design: AnyDesign, what: str, unit: str | None = None, axis: str = "") -> Figure:
@@ -22,10 +21,8 @@ def picture(design: AnyDesign, what: str, unit: str | None = None, axis: str = "
         UserError: the kind has no such picture, or there is no such unit or axis.
     """
     shown = part(load_design(design), axis)
-    every = PlantSettings(**shown.plant.model_dump()).each()
-    drive = next((one for one in every if one.name == shown.axis), every[0]).drive
     lacks = "it has no fuzzy units to draw; use hfc stability --plot for its loop, or hfc report"
-    known = require(shown.kind.pictures, shown, lacks)(shown.controller, drive)
+    known = require(shown.kind.pictures, shown, lacks)(shown.controller, axis_of(shown).drive)
     if what not in known:
         raise UserError(f"{shown.name} has no picture {what!r}; available: {', '.join(known)}")
     units = known[what]

@@ -6,13 +6,12 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.numbers import Floats, Json, storable
-from hfc_design.core.records import writing
 from hfc_design.core.tables import MISSING, Table, line, table
 from hfc_design.core.wording import three_digits
 from hfc_design.files.scenario import Scenario
 from hfc_design.formats import sampled
+from hfc_design.formats.writing import Content, write
 from hfc_design.plotting.curves import thinned
 from hfc_design.plotting.figure import OTHER, OWN, above, finish, framed
 from hfc_design.simulation.laps import Filters
@@ -134,8 +133,9 @@ class Laps(NamedTuple):
                 panels[2 * k].plot(*curve, color=colour, lw=0.8, label=label)
             panels[2 * k + 1].plot(*thinned(self._time, self.table[k]), color=OWN, lw=0.8)
             last = "time [s]" if name == names[-1] else ""
-            finish(panels[2 * k], f"error{name} [{self._units[0]}]")
-            finish(panels[2 * k + 1], f"table{name} [{self._units[1]}]", last)
+            units = self.scenario.plant.each()[k].drive.units
+            finish(panels[2 * k], f"error{name} [{units['error']}]")
+            finish(panels[2 * k + 1], f"table{name} [{units['command']}]", last)
         above(figure, panels[0])
         return figure
 
@@ -155,16 +155,13 @@ class Laps(NamedTuple):
         about["sums"] = ",".join(f"laps-{name}" for name in columns)
         lines = [HAL.format(**about)]
         lines += [HAL_AXIS.format(axis=name, k=k) for k, name in enumerate(columns)]
-        files = {
+        files: dict[str, Content] = {
             "laps.csv": sampled.csv(self._time, columns),
             "laps.h": sampled.c_header("laps", every, columns),
             "laps.txt": sampled.streamed(rows),
             "laps.hal": "".join(lines),
         }
-        with writing(folder):
-            folder.mkdir(parents=True, exist_ok=True)
-        for name, text in files.items():
-            write_whole(folder / name, text.encode())
+        write(folder, files)
 
 
 #: Rows for LinuxCNC after those of the table, in which it fades to 0: the last one goes on acting.

@@ -7,7 +7,6 @@ from pathlib import Path
 from textwrap import shorten
 from typing import Any
 
-from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import uses
 from hfc_design.core.records import RunError, UserError
@@ -22,7 +21,7 @@ from hfc_design.formats import FORMATS
 from hfc_design.plotting.numbers import metric
 from hfc_design.report import REPORT, Page, parts, plots, rendered, searches, trade_off
 from hfc_design.report.errors import errors, motion_errors
-from hfc_design.report.paper import Paper
+from hfc_design.report.paper import Paper, write_with_parts
 from hfc_design.report.parts import Evaluations
 from hfc_design.runs.polishing import polish_told
 from hfc_design.runs.run import CONFIG, Result, used
@@ -81,9 +80,7 @@ def write_page(
         again=again if search else f"hfc score given.json --scenario config.toml{options}",
         config=(folder / CONFIG).read_text(encoding="utf-8"),
     )
-    write_whole(folder / REPORT, page.html)
-    if paper:
-        paper.write(page)
+    write_with_parts(folder / REPORT, page, paper)
     return rivals
 
 

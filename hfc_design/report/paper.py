@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
+from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import UserError, option
 from hfc_design.formats.writing import write
 from hfc_design.plotting.column import in_column
@@ -66,6 +67,13 @@ class Paper(NamedTuple):
             return f"{name}.{self.kind}", image(figure, self.kind)
         except UserError as error:
             raise error.within(name) from None
+
+
+def write_with_parts(path: Path, page: Page, paper: Paper | None) -> None:
+    """Write a page, and the parts of it that ``paper`` selects; RunError: it cannot be written."""
+    write_whole(path, page.html)
+    if paper:
+        paper.write(page)
 
 
 def for_a_paper(

@@ -48,7 +48,7 @@ def _numbers(
             motion["sum_error"] = None if x.diverged or not np.isfinite(total) else total
     limits = scenario.limits.of(scenario.plant.machine.axes[0])
     whole = ["delay_samples"] if limits.delay_samples.is_integer() else []
-    left = ", ".join(limits.beside("command", "resolution", *whole))
+    left = ", ".join(limits.other_than("command", "resolution", *whole))
     return {**({"left_out": left} if left else {}), "unit": "rad", "motions": motions}
 
 

@@ -13,6 +13,8 @@ from hfc_design.controllers.per_axis import OuterDesign
 from hfc_design.core.numbers import Parameters, finite, number_or_none
 from hfc_design.core.records import UserError, either, option
 from hfc_design.files.design import Design
+from hfc_design.files.loop_setup import axes_of
+from hfc_design.files.machine import Axis, PlantSettings
 from hfc_design.runtime import Controller
 from plants import Drive
 
@@ -37,9 +39,13 @@ def part(design: Design, axis: str) -> Design:
     return parts.get(axis, design)
 
 
-def _inside(design: Design, axis: str) -> Design:
-    from hfc_design.files.loop_setup import axes_of  # starts JAX
+def axis_of(part: Design) -> Axis:
+    """Return the axis of the plant that a part of a design controls; the first if it names none."""
+    every = PlantSettings(**part.plant.model_dump()).each()
+    return next((one for one in every if one.name == part.axis), every[0])
 
+
+def _inside(design: Design, axis: str) -> Design:
     records = design.controller.inside(axes_of(design))
     if "" in records:  # of all axes; it may wrap others
         return part(design.model_copy(update={"controller": records[""]}), axis)
@@ -70,11 +76,8 @@ def explained(design: Design, samples: Sequence[str], axis: str = "") -> dict[st
     Raises:
         UserError: as for ``explanation``; or the axis does not exist.
     """
-    from hfc_design.files.machine import PlantSettings  # starts JAX
-
     read = part(design, axis)
-    every = PlantSettings(**read.plant.model_dump()).each()
-    plant_axis = next((one for one in every if one.name == read.axis), every[0])
+    plant_axis = axis_of(read)
     report = explanation(read, plant_axis.drive, plant_axis.parameters, samples)
     outer = isinstance(design.controller, OuterDesign)
     return report | {"inside": design.controller.kind} if outer else report

@@ -24,12 +24,10 @@ from hfc_design.files.design import AnyDesign
 from hfc_design.files.loop_setup import (
     controller_of,
     load_design,
-    machine,
     own_scenario,
     with_converter,
 )
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
-from hfc_design.files.robust import RobustSettings
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.samples import Samples
 from hfc_design.simulation.closed_loop import Loop, LoopState, closed_loop, next_state, start
@@ -37,11 +35,10 @@ from hfc_design.simulation.compiled import CHUNKS, spread
 from hfc_design.simulation.flattening import Code, joined
 from hfc_design.simulation.linearised import unlimited
 from hfc_design.simulation.loop_margins import Point, near, operating_points, steady_row
-from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines, own_code_of, standing
 from hfc_design.simulation.sensors import largest_command
 from hfc_design.simulation.stepping import nested
-from hfc_design.simulation.usable import BEYOND, SPREAD
+from hfc_design.simulation.usable import unseen
 from hfc_design.stability.frequency import FrequencyResponse, response_units
 from plants import Drive
 
@@ -111,11 +108,11 @@ class Setup(NamedTuple):
         speed: float | None,
         machines: int,
         later: float | None = None,
-        seed: int = BEYOND,
+        seed: int = 0,
     ) -> "Setup":
         """Return the setup; ``later``: see ``closed_loop``; else see ``calls.frequency``.
 
-        ``seed`` of the machines is added to that of the scenario.
+        ``seed`` is added to that of the machines.
         """
         design = load_design(design)
         where = load_scenario(scenario) if scenario else own_scenario(design, design.name)
@@ -126,9 +123,7 @@ class Setup(NamedTuple):
         number = axes.index(axis) if axis else 0
         controller, gains = controller_of(design, where)
         loop = closed_loop(where, controller, later)
-        robust = where.robust or RobustSettings(spread=SPREAD)
-        draw = (robust.spread, machines, where.run.seed + seed, robust.tolerances)
-        some, _ = drawn(machine(design, where), *draw, key="robust.spread")
+        some = unseen(design, where, machines, seed)
         fastest = max(operating_points(where), key=lambda one: abs(one.speeds[number]))
         point = fastest._replace(row=_from_start(fastest.row, where.machine.drives))
         if speed is not None:

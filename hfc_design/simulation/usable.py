@@ -92,6 +92,16 @@ def usable(
     return result if fine is None else result._replace(substeps=_change(fine, once))
 
 
+def unseen(design: Design, scenario: Scenario, count: int, seed: int = 0) -> Machines:
+    """Return the nominal machine and ``count`` unseen ones within the scenario's tolerances.
+
+    Others for each ``seed``.
+    """
+    robust = scenario.robust or RobustSettings(spread=SPREAD)
+    parts = (robust.spread, count, scenario.run.seed + BEYOND + seed, robust.tolerances)
+    return drawn(machine(design, scenario), *parts, key="robust.spread")[0]
+
+
 def _margins(design: Design, scenario: Scenario, machines: Machines) -> LoopMargins | None:
     """Return the margins of the loop; None if it cannot be linearised."""
     try:

@@ -54,8 +54,8 @@ def values(design: Design, vectors: Vectors) -> Json:
     axes = vectors.axes if vectors.axes != ("",) else ()
     rows: Json = {"signals": _signals(design, list(vectors.signals), axes, vectors)}
     rows["commands"] = _signals(design, ["command"], axes, vectors)
-    own = {"axes": vectors.axes, "path": vectors.path, "vectors": vectors}
-    return known(design, axes) | rows | own
+    others = {"axes": vectors.axes, "path": vectors.path, "vectors": vectors}
+    return known(design, axes) | rows | others
 
 
 def known(design: Design, axes: tuple[str, ...]) -> Json:

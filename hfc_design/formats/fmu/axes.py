@@ -155,7 +155,7 @@ def _sensing(
     """
     drive, sensors = axis.drive, scenario.sensors.of(axis.name)
     limits = scenario.limits.of(axis.name)
-    left = limits.beside(*APPLIED, *(["delay_samples"] if limits.delay_samples == 1.0 else []))
+    left = limits.other_than(*APPLIED, *(["delay_samples"] if limits.delay_samples == 1.0 else []))
     for key, value in left.items():
         rule = "0 or 1" if key == "limits.delay_samples" else "left out"
         message = f"{key} = {value:g}: must be {rule} in an FMU of a machine"

@@ -91,8 +91,8 @@ def base_unit(unit: str) -> BaseUnit | None:
     if not UNIT.fullmatch(unit):
         return None
     try:
-        found = (1.0 * registry().parse_units(POWER.sub("**", unit))).to_base_units()
+        quantity = (1.0 * registry().parse_units(POWER.sub("**", unit))).to_base_units()
     except Exception:  # of pint and of Python's parser
         return None
-    powers = {BASES.get(name, ""): int(power) for name, power in found.unit_items()}
-    return None if "" in powers else BaseUnit(float(found.magnitude), powers)
+    powers = {BASES.get(name, ""): int(power) for name, power in quantity.unit_items()}
+    return None if "" in powers else BaseUnit(float(quantity.magnitude), powers)

@@ -16,6 +16,7 @@ from hfc_design.core.numbers import Json, number_of
 from hfc_design.core.records import UserError, option
 from hfc_design.core.texts import as_user_error, content, decoded
 from hfc_design.files.design import Design, with_learned
+from hfc_design.files.loop_setup import axes_of, load_design
 from hfc_design.formats.reading import csv_tables, fis, fll
 from hfc_design.formats.reading.design_of import (
     Wish,
@@ -110,8 +111,6 @@ def _system(ending: str, texts: dict[str, str], wish: Wish) -> tuple[System, Jso
 
 def _learned(path: Path, ending: str, wish: Wish) -> Design:
     """Return the design ``wish.like`` with the values that its code learned on a machine."""
-    from hfc_design.files.loop_setup import load_design  # starts JAX
-
     if wish.like is None:
         raise UserError(f"{option('like')}: must name the design whose code wrote {path}")
     others = wish._replace(like=None, axis=None, name=None)
@@ -142,8 +141,6 @@ def design_that_learned(
         known = ", ".join(parts)
         raise UserError(f"{option('axis')}: must name the axis of the state; available: {known}")
     if axis is not None:
-        from hfc_design.files.loop_setup import axes_of  # starts JAX
-
         # A controller that commands all axes has one state.
         together = design.kind.controller and not design.kind.axis_records
         axes = () if together else axes_of(design)

@@ -15,6 +15,8 @@ from hfc_design.core.numbers import Json
 from hfc_design.core.records import NAME, UserError, checked, either, option
 from hfc_design.core.wording import alternatives
 from hfc_design.files.design import Design, named_design
+from hfc_design.files.loop_setup import load_design
+from hfc_design.files.machine import PlantSettings
 from hfc_design.formats.reading.system import Input, Output, Shape, Singleton, System, identifiers
 
 VARIABLES = ("error", "error_change", "output")
@@ -53,11 +55,7 @@ def design_of(
     gaussian, other = (item.terms[0].gaussian for item in system.inputs)
     if gaussian != other:
         raise ValueError("both inputs must have terms of one shape (got Gaussian and straight)")
-    like = None
-    if wish.like is not None:
-        from hfc_design.files.loop_setup import load_design  # starts JAX
-
-        like = load_design(wish.like)
+    like = None if wish.like is None else load_design(wish.like)
     kind = wish.kind or (like.controller.kind if like else HIERARCHY if gaussian else "flc")
     if kind not in PLANT_OF or (like and like.controller.kind != kind):
         listed = alternatives(PLANT_OF) if wish.kind is None else kind
@@ -80,8 +78,6 @@ def design_of(
     name = checked_name(path.resolve().stem if wish.name is None else wish.name)
     make, known = _fuzzy, ["error", "error_change"]
     if kind == HIERARCHY:
-        from hfc_design.files.machine import PlantSettings  # starts JAX
-
         make = _hierarchy
         known = input_names(PlantSettings(name=plant_name).machine.drives[0].inputs)
     controller = make(base, system, _signals(system, wish, known))
@@ -199,10 +195,10 @@ def _fuzzy(base: Json, system: System, signals: tuple[str, str]) -> Json:
     (engine,) = identifiers([system.name or called["output"]], "engine")
     if engine != called["output"]:  # if equal, the system has no own name
         called["engine"] = engine
-    own: Json = {"error_terms": error.triangles, "error_change_terms": change.triangles}
-    own |= {"rules": _rules(table), "names": called}
-    own["ranges"] = _ranges(error, change, system.output, table)
-    return {"integral_gain": 0.0, **base, **own}
+    fields: Json = {"error_terms": error.triangles, "error_change_terms": change.triangles}
+    fields |= {"rules": _rules(table), "names": called}
+    fields["ranges"] = _ranges(error, change, system.output, table)
+    return {"integral_gain": 0.0, **base, **fields}
 
 
 def _ranges(error: Input, change: Input, output: Output, table: list[list[Singleton]]) -> Json:
@@ -255,8 +251,8 @@ def _hierarchy(base: Json, system: System, signals: tuple[str, str]) -> Json:
     table = [[one.value for one in values] for values in _table(system)]
     unit = {"id": 0, "column_input": column, "row_input": row, "consequents": table}
     inputs = [{"name": name, "scale": scales.get(name, 1.0)} for name in (column, row)]
-    own: Json = {"inputs": inputs, "terms": _flat_gaussians(first.terms), "units": [unit]}
-    return {"pd": {"kp": 0.0, "kd": 0.0}, "output_scale": 1.0, **base, **own}
+    fields: Json = {"inputs": inputs, "terms": _flat_gaussians(first.terms), "units": [unit]}
+    return {"pd": {"kp": 0.0, "kd": 0.0}, "output_scale": 1.0, **base, **fields}
 
 
 def _flat_gaussians(terms: Sequence[Shape]) -> list[Json]:

@@ -52,7 +52,9 @@ def read(text: str, wanted: str | None = None) -> System:
     first, second = (input_of(x.name, *ends_of(x), [*map(_shape, x.all("term"))]) for x in inputs)
     singletons: dict[str, Singleton] = {}
     for term in output.all("term"):
-        value = _singleton(term)
+        if not (match := term.match(SINGLETON)):
+            raise term.fault(f"output term {term.text[:40]!r}: must be NAME Constant NUMBER")
+        value = Singleton(match[0].text, match[1].number())
         if value.label in singletons:
             raise term.fault(f"term {value.label} is given twice in output {output.name.text}")
         singletons[value.label] = value
@@ -166,13 +168,6 @@ def _shape(term: Token) -> Shape:
             word.number()
     falls = kind == "Ramp" and numbers[0] >= numbers[1]
     return shape_of(label, kind, "--ba" if falls else SHAPES[kind], numbers)
-
-
-def _singleton(term: Token) -> Singleton:
-    if not (match := term.match(SINGLETON)):
-        message = f"output term {term.text[:40]!r}: must be NAME Constant NUMBER"
-        raise term.fault(message)
-    return Singleton(match[0].text, match[1].number())
 
 
 def _add(system: System, rule: Token, output: str, singletons: dict[str, Singleton]) -> None:
