@@ -115,7 +115,7 @@ def _filters(setup: Setup, hertz: Any) -> tuple[Floats, Any, float]:
         every = np.concatenate([one.drive / (1.0 + one.loop) for one in each])
     usual = np.median(every.real, axis=0) + 1j * np.median(every.imag, axis=0)
     answered = np.isfinite(usual) & (usual != 0.0)
-    if not answered.any():
+    if answered.sum() < 2:
         raise UserError(f"{setup.name}: its position does not answer to its command")
     every, usual, known = every[:, answered], usual[answered], each[0].hertz[answered]
     slow = (1.0 + SLOW) * np.abs(usual) ** 2
@@ -124,11 +124,17 @@ def _filters(setup: Setup, hertz: Any) -> tuple[Floats, Any, float]:
         left = np.quantile(left, MOST, axis=0)
     least = (LEAST * np.abs(usual).max()) ** 2
     keep = slow / np.maximum(slow + least, left / SHRINKS)
-    with np.errstate(divide="ignore"):
-        at, known = np.log(hertz), np.log(known)
-    size, phase = np.log(np.abs(usual)), np.unwrap(np.angle(usual))
-    kept = np.interp(at, known, keep, right=0.0)
-    answer = np.exp(np.interp(at, known, size) + 1j * np.interp(at, known, phase))
+    size, phase = np.abs(usual), np.unwrap(np.angle(usual))
+    # Towards 0 Hz the answer is that of as many derivatives as its slope shows.
+    rises = np.clip(np.round(np.log(size[1] / size[0]) / np.log(known[1] / known[0])), 0.0, 2.0)
+    low = known[0] * 2.0 ** -np.arange(6.0, 0.0, -1.0)
+    share = low / known[0]
+    size = np.append(size[0] * share**rises, size)
+    phase = np.append(0.5 * np.pi * rises * (1.0 - share) + phase[0] * share, phase)
+    at = np.log(np.maximum(hertz, low[0]))
+    kept = np.interp(at, np.log(known), keep, right=0.0)
+    known = np.log(np.append(low, known))
+    answer = np.exp(np.interp(at, known, np.log(size)) + 1j * np.interp(at, known, phase))
     below = np.flatnonzero(kept < LEARNS)
     until = float(hertz[below[0]]) if len(below) else float(hertz[-1])
     return kept, kept / (1.0 + SLOW) / answer, until
