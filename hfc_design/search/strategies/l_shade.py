@@ -74,11 +74,9 @@ class LShade(NamedTuple):
             trials = _trials(np.clip(self.settings.step * chart.step * cloud, *chart.room))
             return state, Asked(chart.members(trials.places), trials, None)
         survivors = np.sort(np.argsort(-state.score, kind="stable")[: self._room(generation)])
-        state = state._replace(
-            population=taken(state.population, survivors),
-            score=state.score[survivors],
-            points=fewer(state.points, survivors),
-        )
+        population, score = taken((state.population, state.score), survivors)
+        points = fewer(state.points, survivors)
+        state = state._replace(population=population, score=score, points=points)
         trials = tried(state.points, state.score, chart.room, rng)
         return state, Asked(chart.members(trials.places), trials, state.score)
 
