@@ -186,9 +186,9 @@ class AflcDesign(AdaptiveDesign):
 
     kind: Literal["aflc"] = "aflc"
     summary = "flc that adapts its terms and rules within a stable range (Jee & Koren 2004)"
-    settings = later("hfc_design.controllers.aflc.record", "AflcSettings")
-    genome = later("hfc_design.controllers.aflc.genome", "AflcGenome")
-    sections = later("hfc_design.controllers.aflc.section", "sections")
+    settings = later(".record", "AflcSettings")
+    genome = later(".genome", "AflcGenome")
+    sections = later(".section", "sections")
     adaptation: BoundedRatesRecord  # step sizes and limits of the adaptation, JK04 section 4
 
     def table_gains(self) -> dict[str, tuple[float, float]]:

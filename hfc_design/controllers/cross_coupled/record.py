@@ -12,8 +12,6 @@ from hfc_design.controllers.per_axis import OuterDesign, OwnSettings
 from hfc_design.core.numbers import Memory
 from hfc_design.core.records import Finite, Label, Record, UserError
 
-HERE = "hfc_design.controllers.cross_coupled"
-
 
 class ContourRecord(Record):
     """Gains on the contour error; see ``law.CrossGains``."""
@@ -28,9 +26,9 @@ class CrossCoupledDesign(OuterDesign):
 
     kind: Literal["cross-coupled"] = "cross-coupled"
     summary = "axis controllers of any kind plus a PID on the contour error (Koren 1980)"
-    settings = later(f"{HERE}.record", "CrossCoupledSettings")
-    genome = later(HERE, "CrossCoupledGenome")
-    sections = later(f"{HERE}.section", "sections")
+    settings = later(".record", "CrossCoupledSettings")
+    genome = later(".", "CrossCoupledGenome")
+    sections = later(".section", "sections")
     path = True
     contour: ContourRecord  # gains of the controller of the contour error
     #: gain of each axis on the velocity of its reference [command s/error]

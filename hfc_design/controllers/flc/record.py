@@ -24,7 +24,6 @@ from hfc_design.core.numbers import Json, Parameters, Plain, Triangles
 from hfc_design.core.records import Finite, Label, NotNegative, Ordered, Positive, Record
 from hfc_design.stability.sectors import centred, sectors_at_centres, true_sectors
 
-HERE = "hfc_design.controllers.flc"
 Variable = Literal["error", "error_change", "output"]
 
 
@@ -142,11 +141,11 @@ class FuzzyRecord(ControllerRecord):
     ranges: Ranges = Field({}, exclude_if=lambda ranges: not ranges)
     adapts: ClassVar[bool] = False
 
-    rule_base = later(f"{HERE}.export", "RULES")
-    explain = later(f"{HERE}.export", "EXPLAIN")
-    widths = later(f"{HERE}.export", "widths")
-    pictures = later(f"{HERE}.section", "pictures")
-    sections = later(f"{HERE}.section", "table_sections")
+    rule_base = later(".export", "RULES")
+    explain = later(".export", "EXPLAIN")
+    widths = later(".export", "widths")
+    pictures = later(".section", "pictures")
+    sections = later(".section", "table_sections")
 
     @model_validator(mode="after")
     def _has_no_gap(self) -> "FuzzyRecord":
@@ -243,9 +242,9 @@ class FlcDesign(FuzzyRecord):
 
     kind: Literal["flc"] = "flc"
     summary = "two-input fuzzy controller with an integral term (Jee & Koren 1995, 2004)"
-    settings = later(f"{HERE}.record", "FlcSettings")
-    genome = later(f"{HERE}.genome", "FuzzyGenome")
-    sections = later(f"{HERE}.section", "sections")
+    settings = later(".record", "FlcSettings")
+    genome = later(".genome", "FuzzyGenome")
+    sections = later(".section", "sections")
     #: P: the error only; PI: the output of the table is summed; PD: the output is the command
     form: Literal["P", "PI", "PD"] = "PD"
 

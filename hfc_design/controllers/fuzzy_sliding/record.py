@@ -20,8 +20,6 @@ from hfc_design.core.numbers import Floats, each
 from hfc_design.core.records import ZR, Finite, Label, NotNegative, Positive, Record, Rules, ordered
 from hfc_design.core.wording import one_of
 
-HERE = "hfc_design.controllers.fuzzy_sliding"
-
 #: Linguistic labels of LG09 Table 2, negative large to positive large.
 LABELS = ("LN", "MN", "SN", "ZZ", "SP", "MP", "LP")
 
@@ -85,12 +83,12 @@ class SlidingDesign(ControllerRecord):
 
     kind: Literal["fuzzy-sliding"] = "fuzzy-sliding"
     summary = "adaptive fuzzy rules plus a sliding mode with a boundary layer (Lin & Gai 2009)"
-    settings = later(f"{HERE}.record", "SlidingSettings")
-    genome = later(f"{HERE}.genome", "SlidingGenome")
-    rule_base = later(f"{HERE}.export", "RULES")
-    explain = later(f"{HERE}.export", "EXPLAIN")
-    pictures = later(f"{HERE}.pictures", "pictures")
-    sections = later(f"{HERE}.pictures", "sections")
+    settings = later(".record", "SlidingSettings")
+    genome = later(".genome", "SlidingGenome")
+    rule_base = later(".export", "RULES")
+    explain = later(".export", "EXPLAIN")
+    pictures = later(".pictures", "pictures")
+    sections = later(".pictures", "sections")
     largest_error: Positive  # centre of the error's term LP; that of LN is its negative [error]
     largest_error_rate: Positive  # centre of the term LP of the error rate [error/s]
     #: output of each rule [command]; rows: error, columns: its rate, both LN to LP

@@ -21,12 +21,7 @@ from hfc_design.controllers.hierarchical.law import (
 )
 from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.controllers.hierarchical.tree import MAX_INPUTS, notation, reachable
-from hfc_design.controllers.kind import (
-    ControllerSettings,
-    Target,
-    input_ranges,
-    later,
-)
+from hfc_design.controllers.kind import ControllerSettings, Target, input_ranges, later
 from hfc_design.controllers.linear.record import (
     FILTERS,
     FeedForwardRecord,
@@ -41,8 +36,6 @@ from hfc_design.controllers.linear.record import (
 from hfc_design.core.numbers import each
 from hfc_design.core.records import TERMS, Finite, Label, NotNegative, Positive, Record, Rules
 from hfc_design.core.wording import one_of
-
-HERE = "hfc_design.controllers.hierarchical"
 
 
 class PdRecord(Record):
@@ -127,15 +120,15 @@ class HierarchicalDesign(FilteredRecord):
 
     kind: Literal["pd+hierarchical-fuzzy"] = "pd+hierarchical-fuzzy"
     summary = "PD plus a hierarchy of two-input fuzzy units (Lin & Lee 1999)"
-    settings = later(f"{HERE}.record", "HierarchicalSettings")
-    genome = later(f"{HERE}.scheduled_genome", "genome_of")
-    units_that_matter = later(f"{HERE}.units", "units_that_matter")
-    reads = later(f"{HERE}.rules", "reads")
-    rule_base = later(f"{HERE}.rules", "RULES")
-    explain = later(f"{HERE}.rules", "EXPLAIN")
-    lookup = later(f"{HERE}.code", "tabulated")
-    pictures = later(f"{HERE}.pictures", "pictures")
-    sections = later(f"{HERE}.section", "sections")
+    settings = later(".record", "HierarchicalSettings")
+    genome = later(".scheduled_genome", "genome_of")
+    units_that_matter = later(".units", "units_that_matter")
+    reads = later(".rules", "reads")
+    rule_base = later(".rules", "RULES")
+    explain = later(".rules", "EXPLAIN")
+    lookup = later(".code", "tabulated")
+    pictures = later(".pictures", "pictures")
+    sections = later(".section", "sections")
     pd: PdRecord  # gains of the PD, LL eq. 6
     #: further linear gains in addition to kp and kd; left out: only a PD
     linear: LinearRecord | None = Field(None, exclude_if=not_)

@@ -30,8 +30,6 @@ from hfc_design.core.arguments import check_positive, check_whole
 from hfc_design.core.numbers import SCALARS, Floats, Json, each
 from hfc_design.core.records import Finite, Positive, Record, UserError, checked, either, option
 
-HERE = "hfc_design.controllers.neural"
-
 INPUTS = 2  # error and its change
 #: Largest number of hidden units: their loop is unrolled, so that more take minutes to compile.
 MOST = 100
@@ -64,10 +62,10 @@ class NeuralDesign(ControllerRecord):
 
     kind: Literal["neural"] = "neural"
     summary = "a network trained off line on another controller, then on line (Huang et al.)"
-    settings = later(f"{HERE}.record", "NeuralSettings")
-    genome = later(HERE, "NeuralGenome")
-    pictures = later(f"{HERE}.section", "pictures")
-    sections = later(f"{HERE}.section", "sections")
+    settings = later(".record", "NeuralSettings")
+    genome = later(".", "NeuralGenome")
+    pictures = later(".section", "pictures")
+    sections = later(".section", "sections")
     weights: WeightsRecord  # initial weights of the network
     error_unit: Positive  # error that the network reads as 1 [error]
     change_unit: Positive  # change of the error in a sample that the network reads as 1 [error]

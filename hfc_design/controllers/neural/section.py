@@ -6,10 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hfc_design.controllers.kind import ReportContext
-from hfc_design.controllers.neural.law import neural
+from hfc_design.controllers.kind import ReportContext, last_memory
 from hfc_design.controllers.neural.record import NeuralDesign, command, inputs_of
-from hfc_design.core.numbers import SCALARS, Floats
+from hfc_design.core.numbers import Floats
 from hfc_design.core.tables import Table
 from hfc_design.plotting import units
 from hfc_design.plotting.figure import STRIP, colour_strip, framed
@@ -49,17 +48,11 @@ def sections(record: NeuralDesign, shown: ReportContext) -> list[Section]:
 
 def at_the_end(record: NeuralDesign, shown: ReportContext) -> dict[str, NeuralDesign]:
     """Return {axis: the network that has learned in the motion}; {} if none can learn."""
-    designs = {}
-    each, gains = shown.signals or {}, record.law_gains()
+    each = shown.signals or {}
     limits = shown.largest or (None,) * len(each)
-    for (axis, signals), limit in zip(each.items(), limits, strict=True):
-        law = neural(record.network(), record.sample_time_s, limit)
-        memory = law.initial_memory(0.0)
-        for error in signals["error"].tolist():
-            _, memory = law.step(SCALARS, gains, memory, {"error": error})
-        if (after := record.adapted(memory)) is not None:
-            designs[axis] = after
-    return designs
+    pairs = zip(each.items(), limits, strict=True)
+    designs = {x: record.adapted(last_memory(record, y, limit)) for (x, y), limit in pairs}
+    return {axis: after for axis, after in designs.items() if after is not None}
 
 
 def pictures(record: NeuralDesign, drive: Drive) -> dict[str, dict[str, Drawn]]:

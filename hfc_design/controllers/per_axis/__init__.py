@@ -43,8 +43,8 @@ class PerAxisDesign(ControllerRecord):
 
     kind: Literal["per-axis"] = "per-axis"
     summary = "a separate controller for every axis of a machine"
-    settings = later(__name__, "PerAxisSettings")
-    genome = later(__name__, "PerAxisGenome")
+    settings = later(".", "PerAxisSettings")
+    genome = later(".", "PerAxisGenome")
     no_rules = INSIDE
     #: controller of each axis by its name
     axes: Annotated[dict[Label, OwnRecord], Field(min_length=1)]
