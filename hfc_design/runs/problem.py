@@ -363,9 +363,9 @@ class Problem:
 
     def _linear(self, individual: Population, chosen: Integers | None = None) -> Linear | None:
         """Return the tracking error linearised around an individual; None if it is not finite."""
-        loop, machines, motions, _ = self.parts
-        about = (loop, machines, *motions, self.genome.gains(individual), self._dtype, chosen)
-        error, jacobian = simulate.error_jacobian(*about)
+        loop, machines, (samples,), _ = self.parts
+        about = (loop, machines, samples, self.genome.gains(individual), ("error",))
+        error, jacobian = simulate.jacobians(*about, self._dtype, chosen)["error"]
         finite = np.isfinite(error).all() and np.isfinite(jacobian).all()
         return Linear(error, jacobian, chosen) if finite else None
 
