@@ -84,6 +84,14 @@ def controller_named(start: Plain, info: ValidationInfo) -> Plain:
     return design.controller.model_dump()
 
 
+def sampled_otherwise(start: "ControllerRecord | None", target: "Target") -> str | None:
+    """Return a message on a start with another sample time than that of ``target``, or None."""
+    if start is None or start.sample_time_s == target.sample_time:
+        return None
+    needed = f"simulation.sample_time_s = {target.sample_time} (got {start.sample_time_s})"
+    return f"controller.start: must have the sample time {needed}"
+
+
 class Target(NamedTuple):
     """Machine and conditions for which a controller is designed."""
 

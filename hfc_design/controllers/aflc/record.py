@@ -1,5 +1,6 @@
 """Records of adaptive fuzzy controllers in a design file. Never imports JAX."""
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Annotated, ClassVar, Literal, Self
 
@@ -15,7 +16,7 @@ from hfc_design.controllers.flc.record import FuzzyRecord, FuzzySettings, Triang
 from hfc_design.controllers.flc.rules import RulesRecord
 from hfc_design.controllers.kind import later
 from hfc_design.controllers.neighbours import Partition
-from hfc_design.core.numbers import SCALARS
+from hfc_design.core.numbers import SCALARS, Scalar
 from hfc_design.core.records import TERMS, NotNegative, Positive, Record, UserError
 from hfc_design.stability.sectors import Curve, Rectangle
 
@@ -158,9 +159,7 @@ class AdaptiveDesign(FuzzyRecord):
         return self.adapted(memory)
 
     def _with(self, base: RuleBase) -> Self:
-        error, change = (
-            [term.label for term in terms] for terms in (self.error_terms, self.error_change_terms)
-        )
+        error, change = export.labels_of(self)
         changes = {
             "error_terms": terms_of(base.error.triangles(), error),
             "error_change_terms": terms_of(base.change.triangles(), change),
@@ -172,13 +171,12 @@ class AdaptiveDesign(FuzzyRecord):
 def _within(terms: Partition) -> Partition:
     """Return the terms; edges that rounding put beyond a neighbour's centre are moved onto it."""
     centres = np.array(terms.centres)
-    clipped = (np.clip(edges, centres[:-1], centres[1:]) for edges in terms[1:])
-    pairs = zip(terms[1:], clipped, strict=True)
-    near = (
-        np.where(np.isclose(clipped_edges, edges, ROUNDING, 0.0), clipped_edges, edges)
-        for edges, clipped_edges in pairs
-    )
-    return Partition(terms.centres, *(edges.tolist() for edges in near))
+
+    def near(edges: Sequence[Scalar]) -> list[float]:
+        clipped = np.clip(edges, centres[:-1], centres[1:])
+        return np.where(np.isclose(clipped, edges, ROUNDING, 0.0), clipped, edges).tolist()
+
+    return Partition(terms.centres, near(terms.rights), near(terms.lefts))
 
 
 class AflcDesign(AdaptiveDesign):

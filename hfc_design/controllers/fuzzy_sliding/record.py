@@ -15,6 +15,7 @@ from hfc_design.controllers.kind import (
     Target,
     controller_named,
     later,
+    sampled_otherwise,
 )
 from hfc_design.core.numbers import Floats, each
 from hfc_design.core.records import ZR, Finite, Label, NotNegative, Positive, Record, Rules, ordered
@@ -224,28 +225,18 @@ class SlidingSettings(ControllerSettings):
         if self.start is None:
             command, speed = scales(target)
             if not (isfinite(command) and isfinite(speed) and command > 0.0 and speed > 0.0):
-                return (
-                    "controller.start: is missing; without it limits.command and a drive "
-                    "with a known top speed are needed"
-                )
-        elif self.start.sample_time_s != target.sample_time:
-            return (
-                "controller.start: must have the sample time simulation.sample_time_s = "
-                f"{target.sample_time} (got {self.start.sample_time_s})"
-            )
-        return None
+                needed = "limits.command and a drive with a known top speed are needed"
+                return f"controller.start: is missing; without it {needed}"
+        return sampled_otherwise(self.start, target)
 
 
 def scales(target: Target) -> tuple[float, float]:
     """Return the largest command and the largest speed that every axis of a machine reaches."""
     limits = target.limits.values()
     axes = list(zip(target.machine.drives, target.parameters, limits, strict=True))
-    commands = (
-        abs(x)
-        for drive, parameters, limit in axes
-        for x in drive.largest_commands(parameters, limit)
-    )
-    return min(commands), min(float(drive.top_speed(parameters)) for drive, parameters, _ in axes)
+    ends = (drive.largest_commands(parameters, limit) for drive, parameters, limit in axes)
+    speeds = (float(drive.top_speed(parameters)) for drive, parameters, _ in axes)
+    return min(abs(x) for pair in ends for x in pair), min(speeds)
 
 
 def started(target: Target) -> SlidingDesign:
@@ -256,20 +247,12 @@ def started(target: Target) -> SlidingDesign:
     """
     command, speed = scales(target)
     error = speed / GAIN
+    layer, rate = LAYER * GAIN * error, command / (GAIN * error * LEARNING)
     return SlidingDesign(
         sample_time_s=target.sample_time,
         largest_error=error,
         largest_error_rate=speed,
-        consequents=table_2(command),
-        sliding=SurfaceRecord(
-            slope=GAIN, gain=SWITCHING * command, boundary_layer=LAYER * GAIN * error
-        ),
-        adaptation=AdaptationRecord(
-            rate=command / (GAIN * error * LEARNING), largest_move=command / 3.0
-        ),
+        consequents=tuple(tuple(command * third / 3.0 for third in row) for row in TABLE_2),
+        sliding=SurfaceRecord(slope=GAIN, gain=SWITCHING * command, boundary_layer=layer),
+        adaptation=AdaptationRecord(rate=rate, largest_move=command / 3.0),
     )
-
-
-def table_2(height: float) -> Rules:
-    """Return the consequents of LG09 Table 2 with LP = ``height``."""
-    return tuple(tuple(height * third / 3.0 for third in row) for row in TABLE_2)

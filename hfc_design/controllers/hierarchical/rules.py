@@ -45,25 +45,19 @@ def about(record: HierarchicalDesign, signal_units: dict[str, str]) -> Json:
     """Return by key the inputs with scales and limits, the output's scale and the linear gains."""
     root = f"unit_{record.units[-1].id}"
     part, scheduled = record.linear_part, record.scheduled_part
-    return {
+    whole: Json = {
         "inputs": [_input(item, signal_units) for item in record.inputs],
         "output": root,
         "output_scale": record.output_scale,
         "kp": record.pd.kp,
         "kd": record.pd.kd,
-        **({"linear": linear_about(part, signal_units)} if part else {}),
-        **(
-            {
-                "scheduled": {
-                    "kp": scheduled.kp,
-                    "kd": scheduled.kd,
-                    **linear_about(scheduled, signal_units),
-                }
-            }
-            if scheduled
-            else {}
-        ),
     }
+    if part:
+        whole["linear"] = linear_about(part, signal_units)
+    if scheduled:
+        gains = {"kp": scheduled.kp, "kd": scheduled.kd}
+        whole["scheduled"] = gains | linear_about(scheduled, signal_units)
+    return whole
 
 
 def _input(item: InputRecord, signal_units: dict[str, str]) -> Json:
@@ -127,10 +121,8 @@ def remember(memory: HierarchicalMemory, readings: dict[str, float]) -> Hierarch
 def shown(record: HierarchicalDesign, parts: HierarchyParts) -> Json:
     """Return by key the inputs, the units with fired rules, and the parts of a sample's command."""
     labels = [term.label for term in record.terms]
-    scaled_inputs = [
-        {"name": item.name, "reading": reading, "scale": item.scale, "scaled": u}
-        for item, reading, u in zip(record.inputs, parts.readings, parts.scaled, strict=True)
-    ]
+    each = zip(record.inputs, parts.readings, parts.scaled, strict=True)
+    scaled = [{"name": x.name, "reading": y, "scale": x.scale, "scaled": u} for x, y, u in each]
     units = []
     for unit, firing in zip(record.units, parts.units, strict=True):
         column = side(unit.column_input, firing.column, labels, firing.in_column)
@@ -140,19 +132,12 @@ def shown(record: HierarchicalDesign, parts: HierarchyParts) -> Json:
     if (part := record.linear_part) and parts.linear:
         shares = linear_shares(part, parts.linear)
     shares["fuzzy"] = float(parts.fuzzy)
-    breakdown = {
-        "inputs": scaled_inputs,
-        "units": units,
-        "output_scale": record.output_scale,
-        "parts": shares,
-    }
+    whole: Json = {"inputs": scaled, "units": units, "output_scale": record.output_scale}
+    whole["parts"] = shares
     if (scheduled := record.scheduled_part) and parts.scheduled:
-        breakdown["scheduled"] = {
-            key: x
-            for key, x in linear_shares(scheduled, parts.scheduled).items()
-            if key != "integral"
-        }
-    return breakdown
+        whole["scheduled"] = linear_shares(scheduled, parts.scheduled)
+        del whole["scheduled"]["integral"]
+    return whole
 
 
 RULES = RuleBase(units, inputs, about, notes, tables)

@@ -16,6 +16,7 @@ from hfc_design.controllers.kind import (
     controller_named,
     input_ranges,
     later,
+    sampled_otherwise,
 )
 from hfc_design.controllers.neural.law import (
     NeuralGains,
@@ -50,10 +51,8 @@ class WeightsRecord(Record):
     def _fit(self) -> "WeightsRecord":
         units, count = len(self.hidden), len(self.output)
         if count != units + 1:
-            message = (
-                f"must have {units + 1} numbers, one per hidden unit and a threshold (got {count})"
-            )
-            raise ValueError(f"output: {message}")
+            needed = f"{units + 1} numbers, one per hidden unit and a threshold"
+            raise ValueError(f"output: must have {needed} (got {count})")
         return self
 
 
@@ -150,12 +149,7 @@ class NeuralSettings(GainsSettings):
 
     def fault(self, target: Target) -> str | None:
         """Return why the search is impossible (sample time or ranges), or None."""
-        if self.start is not None and self.start.sample_time_s != target.sample_time:
-            return (
-                "controller.start: must have the sample time simulation.sample_time_s = "
-                f"{target.sample_time} (got {self.start.sample_time_s})"
-            )
-        return super().fault(target)
+        return sampled_otherwise(self.start, target) or super().fault(target)
 
     def weights(self) -> WeightsRecord:
         """Return the initial weights of every individual."""
