@@ -63,10 +63,8 @@ def check(scenario: Scenario) -> None:
     """
     machine = scenario.plant.machine
     if len(machine.drives) != 1 or machine.drives[0] is not C_AXIS or machine.forces:
-        raise UserError(
-            f"scenario {scenario.name} has the plant {machine.name}: a bound exists only for a "
-            f"machine with one {C_AXIS.name}"
-        )
+        only = f"a bound exists only for a machine with one {C_AXIS.name}"
+        raise UserError(f"scenario {scenario.name} has the plant {machine.name}: {only}")
     if scenario.limits.of(machine.axes[0]).command is None:
         raise UserError(
             f"scenario {scenario.name} has no limits.command: without one there is no bound, a "

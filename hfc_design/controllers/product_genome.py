@@ -39,10 +39,8 @@ class ProductGenome(Genome):
         self.stages = _together([genome.stages for genome in parts])
         self.structures = math.prod(self.counts)  # number of combinations
         if self.structures > MOST:
-            raise UserError(
-                f"controller.{key}: must have at most {MOST} structures together (got "
-                f"{self.structures}); give fewer inputs"
-            )
+            most = f"at most {MOST} structures together (got {self.structures})"
+            raise UserError(f"controller.{key}: must have {most}; give fewer inputs")
 
     def stage(self, number: int, about: ProductPopulation | None) -> Stage:
         """Return a stage with the coordinates of all parts in a row, all with the smallest step."""

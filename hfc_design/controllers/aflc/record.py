@@ -126,9 +126,8 @@ class AdaptiveDesign(FuzzyRecord):
         wide = [(m, k / 2) for terms, k in pairs if k for _, m, _ in terms]
         near = [(m, m + side * half) for m, half in wide for side in (1, -1)]
         if any(centre == edge for centre, edge in near):
-            raise UserError(
-                "controller.adaptation: an overlap is too small compared with a term's centre"
-            )
+            fault = "an overlap is too small compared with a term's centre"
+            raise UserError(f"controller.adaptation: {fault}")
         return [*export.widths(self), *(export.apart(*pair) for pair in near)]
 
     def without_adaptation(self) -> Self:

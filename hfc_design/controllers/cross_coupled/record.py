@@ -50,11 +50,8 @@ class CrossCoupledDesign(OuterDesign):
 
     def law_gains(self) -> CrossGains:
         """Return the gains of one individual."""
-        inner = self.inner.law_gains()
-        contour_gains = dict(self.contour)
-        return CrossGains(
-            inner, **contour_gains, velocity=tuple(self.feed_forward.values()) or None
-        )
+        velocity = tuple(self.feed_forward.values()) or None
+        return CrossGains(self.inner.law_gains(), **dict(self.contour), velocity=velocity)
 
     def controller(self, limits: Limits) -> CrossCoupled:
         """Return the controller on axes with these limits.
@@ -67,10 +64,8 @@ class CrossCoupledDesign(OuterDesign):
             message = f"needs the two axes of a path in X-Y (got {len(axes)})"
             raise UserError(f"controller.kind = {self.kind!r}: {message}")
         if self.feed_forward and tuple(self.feed_forward) != axes:
-            named = ", ".join(self.feed_forward)
-            raise UserError(
-                f"controller.feed_forward: must name the axes {', '.join(axes)} (got {named})"
-            )
+            needed = f"{', '.join(axes)} (got {', '.join(self.feed_forward)})"
+            raise UserError(f"controller.feed_forward: must name the axes {needed}")
         inner = self.inner.controller_of(limits)
         return CrossCoupled(self.kind, inner, self.sample_time_s, tuple(limits.values()))
 

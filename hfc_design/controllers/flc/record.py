@@ -41,9 +41,8 @@ class NamesRecord(Record):
     def _differ(self) -> Self:
         names = [name.casefold() for name in (self.error, self.error_change, self.output)]
         if twice := next((name for name in names if names.count(name) > 1), None):
-            raise ValueError(
-                f"error, error_change and output must have different names (got {twice} twice)"
-            )
+            needed = f"must have different names (got {twice} twice)"
+            raise ValueError(f"error, error_change and output {needed}")
         return self
 
 
@@ -287,9 +286,8 @@ def terms_fault(terms: Terms) -> str | None:
         if right <= left:
             return f"gap between {low.label} (right end {right}) and {high.label} (left end {left})"
         if not (lower <= left and right <= upper):
-            return (
-                f"the edges between {low.label} and {high.label} must not pass the other's centre"
-            )
+            edges = f"the edges between {low.label} and {high.label}"
+            return f"{edges} must not pass the other's centre"
     return None
 
 

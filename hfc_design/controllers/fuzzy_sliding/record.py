@@ -44,9 +44,8 @@ class ErrorDynamicsRecord(Record):
     def _is_definite(self) -> Self:
         (a, b), (c, d) = self.weights
         if b != c or not (a > 0.0 and a * d > b * c):
-            raise ValueError(
-                f"weights = [[{a}, {b}], [{c}, {d}]]: must be symmetric and positive definite"
-            )
+            given = f"weights = [[{a}, {b}], [{c}, {d}]]"
+            raise ValueError(f"{given}: must be symmetric and positive definite")
         return self
 
     def last_column(self) -> tuple[float, float]:

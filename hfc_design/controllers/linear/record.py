@@ -105,9 +105,8 @@ class FeedForwardRecord(Record):
     @model_validator(mode="after")
     def _has_a_width(self) -> "FeedForwardRecord":
         if self.coulomb and self.coulomb_width is None:
-            raise ValueError(
-                "coulomb_width: is missing, the speed at which coulomb reaches its full value"
-            )
+            meaning = "the speed at which coulomb reaches its full value"
+            raise ValueError(f"coulomb_width: is missing, {meaning}")
         return self
 
 

@@ -32,10 +32,8 @@ OwnSettings = Annotated[SerializeAsAny[ControllerSettings], chosen(kinds, "setti
 def sampled_alike(key: str, part: ControllerRecord, sample_time: float) -> None:
     """Check that the inner controller under ``key`` has this sample time; else ValueError."""
     if part.sample_time_s != sample_time:
-        setting = f"{key}.sample_time_s = {part.sample_time_s}"
-        raise ValueError(
-            f"{setting}: must be the sample time of the whole controller, {sample_time}"
-        )
+        needed = f"must be the sample time of the whole controller, {sample_time}"
+        raise ValueError(f"{key}.sample_time_s = {part.sample_time_s}: {needed}")
 
 
 class PerAxisDesign(ControllerRecord):
@@ -100,9 +98,8 @@ class PerAxisDesign(ControllerRecord):
             UserError: the machine has other axes, or another order of them.
         """
         if tuple(self.axes) != tuple(limits):
-            raise UserError(
-                f"controller.axes: must be {', '.join(limits)} (got {', '.join(self.axes)})"
-            )
+            got = f"(got {', '.join(self.axes)})"
+            raise UserError(f"controller.axes: must be {', '.join(limits)} {got}")
         laws = (design.law(limits[axis]) for axis, design in self.axes.items())
         return PerAxis("per-axis", tuple(laws), own_gains=True)
 
