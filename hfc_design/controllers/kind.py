@@ -20,6 +20,7 @@ from hfc_design.core.numbers import SCALARS, Floats, Gains, Json, Memory, Own, P
 from hfc_design.core.overrides import flat
 from hfc_design.core.plugins import GROUPS, Group
 from hfc_design.core.records import NotNegative, Positive, Record, UserError
+from hfc_design.core.tables import Table
 
 if TYPE_CHECKING:
     from plants import Machine  # which imports JAX
@@ -202,7 +203,6 @@ def nothing(record: Record) -> list[Any]:
 
 def numbers(record: Any, shown: "ReportContext") -> list[Any]:
     """Return the default section of a report on a controller: a table of its numbers."""
-    from hfc_design.core.tables import Table
     from hfc_design.plotting.section import Section  # which loads matplotlib
 
     data: Json = record.model_dump(exclude={"kind", "sample_time_s"})

@@ -44,18 +44,17 @@ class ProductGenome(Genome):
 
     def stage(self, number: int, about: ProductPopulation | None) -> Stage:
         """Return a stage with the coordinates of all parts in a row, all with the smallest step."""
-        parts = about.parts if about is not None else (None,) * len(self.parts)
+        before = about.parts if about is not None else (None,) * len(self.parts)
         numbers = [min(number, len(genome.stages) - 1) for genome in self.parts]
-        each = self.each("stage", numbers, parts)
+        each = self.each("stage", numbers, before)
         step = min(stage.step for stage in each)
         wider = np.concatenate([np.full(len(stage.start), stage.step / step) for stage in each])
         ends = np.cumsum([len(stage.start) for stage in each])[:-1]
 
         def members(points: Floats, tree: Integers) -> ProductPopulation:
-            part_points = zip(
-                each, np.split(wider * points, ends, axis=1), self.trees(tree), strict=True
-            )
-            return ProductPopulation(tree, tuple(one.members(*at) for one, *at in part_points))
+            parts = np.split(wider * points, ends, axis=1)
+            rows = zip(each, parts, self.trees(tree), strict=True)
+            return ProductPopulation(tree, tuple(one.members(*at) for one, *at in rows))
 
         return Stage(np.concatenate([stage.start for stage in each]) / wider, step, members)
 

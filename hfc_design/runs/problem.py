@@ -16,7 +16,7 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.verdict import Ensemble
-from hfc_design.runs.first_laws import first_laws, worthwhile
+from hfc_design.runs.first_laws import FEWEST, first_laws
 from hfc_design.runs.individuals import design_of, genome_of, kinds_of
 from hfc_design.runs.machines import drawn_for, margin_limits
 from hfc_design.search.loop import STRATEGIES
@@ -390,7 +390,7 @@ class Problem:
     def _informed(self, tree: Integers, rng: np.random.Generator) -> Population | None:
         """Return first individuals on the given trees, from laws that are searched or known."""
         laws = self.genome.laws()
-        if laws is not None and worthwhile(self._evaluations):
+        if laws is not None and self._evaluations >= FEWEST:
             of_laws = copy(self)
             of_laws.genome, of_laws.simulated = laws, 0
             whole, law = self.parts.loop.controller, laws.controller()

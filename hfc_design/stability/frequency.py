@@ -136,15 +136,11 @@ class FrequencyResponse(NamedTuple):
     def lines(self) -> list[str]:
         """What else the response says, a line each."""
         none = f"no frequency has a coherence of {KNOWN:g} or more"
-        return [
-            *([] if self.known.any() else [none]),
-            *(
-                f"mode at {x.hz:.4g} ± {2 * x.error_hz:.2g} Hz, damping {x.damping:.2g} ± "
-                f"{2 * x.error_damping:.1g} of the critical one (95 %)"
-                for x in self.modes
-            ),
-            *self.notes,
-        ]
+        lines = [] if self.known.any() else [none]
+        for x in self.modes:
+            damping = f"{x.damping:.2g} ± {2 * x.error_damping:.1g} of the critical one (95 %)"
+            lines.append(f"mode at {x.hz:.4g} ± {2 * x.error_hz:.2g} Hz, damping {damping}")
+        return [*lines, *self.notes]
 
     def numbers(self) -> Json:
         """Return all but the single machines, for JSON; angles in degrees."""

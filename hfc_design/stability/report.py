@@ -167,14 +167,9 @@ class LoopMargins(NamedTuple):
         hertz = np.geomspace(1e-4, 1.0, FREQUENCIES) / (2.0 * self.sample_time)
         angles, units = 2.0 * np.pi * self.sample_time * hertz, ("", self.units)
         about = hertz, self.sample_time, None, np.ones(FREQUENCIES), units
-        return drawn(
-            [
-                FrequencyResponse(row.name, *about, row.loop.reduced().transfer(angles)[None])
-                for row in self.rows
-                if row.loop is not None
-            ],
-            columns=1,
-        )
+        loops = [(row.name, row.loop.reduced()) for row in self.rows if row.loop is not None]
+        each = [FrequencyResponse(x, *about, loop.transfer(angles)[None]) for x, loop in loops]
+        return drawn(each, columns=1)
 
     @property
     def about(self) -> str:

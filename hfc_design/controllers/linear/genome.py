@@ -153,10 +153,9 @@ class LinearGenome(GainsGenome):
     def record(self, individual: GainVectors) -> Json:
         """Return the record of the kind and its gains, without the sample time."""
         gains = self.gains(individual)
-        own = {name: getattr(gains, name) for name in ("kp", "kd")}
-        keys = ("derivative_hz", *FILTERED)
-        own |= {key: x for key, x in self.values(individual).items() if key in keys}
-        numbers = {name: float(x[0]) for name, x in own.items()}
+        keys, values = ("derivative_hz", *FILTERED), self.values(individual).items()
+        arrays = {"kp": gains.kp, "kd": gains.kd} | {key: x for key, x in values if key in keys}
+        numbers = {name: float(x[0]) for name, x in arrays.items()}
         return {"kind": self.settings.kind, **numbers, **self.linear_record(gains)}
 
     def linear_record(self, gains: LinearGains) -> Json:

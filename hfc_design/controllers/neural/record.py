@@ -121,10 +121,8 @@ def _rows(layer: Any) -> tuple[tuple[float, ...], ...]:
 def drawn(hidden: int, seed: int) -> WeightsRecord:
     """Return random weights of an untrained network, uniform between -1 and 1."""
     random = np.random.default_rng(seed)
-    layers = random.uniform(-1.0, 1.0, (hidden, INPUTS + 1)), random.uniform(-1.0, 1.0, hidden + 1)
-    return WeightsRecord.model_validate(
-        {"hidden": _rows(layers[0].tolist()), "output": tuple(layers[1].tolist())}
-    )
+    first, second = (random.uniform(-1.0, 1.0, x) for x in ((hidden, INPUTS + 1), hidden + 1))
+    return WeightsRecord(hidden=_rows(first.tolist()), output=tuple(second.tolist()))
 
 
 #: Search ranges on a milling table: errors in mm and commands in V.

@@ -36,6 +36,12 @@ def sampled_alike(key: str, part: ControllerRecord, sample_time: float) -> None:
         raise ValueError(f"{key}.sample_time_s = {part.sample_time_s}: {needed}")
 
 
+def _timed(data: Json, part: Plain) -> Plain:
+    """Return the data of an inner controller with the sample time of the whole, if it has none."""
+    every = {key: data[key] for key in ("sample_time_s",) if key in data}
+    return every | part if isinstance(part, dict) else part
+
+
 class PerAxisDesign(ControllerRecord):
     """Design of kind ``per-axis``: controllers of any kinds by axis, in the machine's order."""
 
@@ -54,11 +60,8 @@ class PerAxisDesign(ControllerRecord):
         for axis, axis_data in axes.items() if isinstance(axes, dict) else ():
             start = f"axes.{axis}."
             axis_keys = [key.removeprefix(start) for key in keys if key.startswith(start)]
-            if (
-                axis_keys
-                and isinstance(axis_data, dict)
-                and axis_data.get("kind") in kinds().names()
-            ):
+            known = isinstance(axis_data, dict) and axis_data.get("kind") in kinds().names()
+            if axis_keys and known:
                 try:
                     kinds().get(axis_data["kind"]).record.renewed(axis_data, axis_keys)
                 except ValueError as error:
@@ -70,12 +73,7 @@ class PerAxisDesign(ControllerRecord):
         """Return the data with the common sample time in each axis that has none."""
         if not isinstance(data, dict) or not isinstance(data.get("axes"), dict):
             return data
-        every = {key: data[key] for key in ("sample_time_s",) if key in data}
-        axes = {
-            k: every | axis_data if isinstance(axis_data, dict) else axis_data
-            for k, axis_data in data["axes"].items()
-        }
-        return data | {"axes": axes}
+        return data | {"axes": {axis: _timed(data, x) for axis, x in data["axes"].items()}}
 
     @model_validator(mode="after")
     def _steps_at_once(self) -> "PerAxisDesign":
@@ -115,10 +113,8 @@ class PerAxisDesign(ControllerRecord):
         """Return the sections of all axes; titles begin with the name of the axis."""
         sections = []
         for axis, design in self.axes.items():
-            axis_sections = design.sections(shown.of(axis))
-            sections += [
-                section._replace(title=f"{axis}: {section.title}") for section in axis_sections
-            ]
+            each = design.sections(shown.of(axis))
+            sections += [one._replace(title=f"{axis}: {one.title}") for one in each]
         return sections
 
     def structure(self) -> str:
@@ -158,8 +154,7 @@ class OuterDesign(ControllerRecord):
         """Return the data with the common sample time in an inner controller that has none."""
         if not isinstance(data, dict) or not isinstance(data.get("inner"), dict):
             return data
-        every = {key: data[key] for key in ("sample_time_s",) if key in data}
-        return data | {"inner": every | data["inner"]}
+        return data | {"inner": _timed(data, data["inner"])}
 
     @model_validator(mode="after")
     def _steps_at_once(self) -> "OuterDesign":

@@ -134,11 +134,9 @@ def _terms(record: SocDesign, drive: Drive) -> Figure:
     each = zip(LABELS, np.array(degrees(ARRAYS, values)), strict=True)
     curves = {label: (values, membership) for label, membership in each}
     gains, unit = record.law_gains(), drive.units["error"]
-    input_labels = (
-        f"{name}, a set is {1.0 / gain:.3g} {unit}"
-        for name, gain in (("error", gains.ge), ("its change in a sample", gains.gc))
-    )
-    return terms([Panel("; ".join(input_labels), ends, curves)], "sets of both inputs")
+    sides = {"error": gains.ge, "its change in a sample": gains.gc}.items()
+    label = "; ".join(f"{name}, a set is {1.0 / gain:.3g} {unit}" for name, gain in sides)
+    return terms([Panel(label, ends, curves)], "sets of both inputs")
 
 
 def _table(record: SocDesign, title: str) -> Figure:

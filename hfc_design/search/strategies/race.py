@@ -107,10 +107,8 @@ class SuccessiveHalving(NamedTuple):
             return state, candidates
         # Islands take turns; if there are fewer islands than steps, some get several steps.
         turns = (np.arange(s.newton_steps) + generation * s.newton_steps) % islands
-        for k in np.unique(turns):
-            candidates = self._stepped(
-                state, candidates, int(k), int(np.count_nonzero(turns == k)), rng
-            )
+        for k, count in zip(*np.unique(turns, return_counts=True), strict=True):
+            candidates = self._stepped(state, candidates, int(k), int(count), rng)
         return state, candidates
 
     def tell(self, state: RaceState | None, candidates: Asked, score: Floats) -> RaceState:
