@@ -74,9 +74,9 @@ def _motion(code: Code, axis: int, noisy: bool, shared: Any, true: Any, noise: A
             (reference, rate, faster, added), shaken = now
             there = row_at(row, *(only * x for x in (reference, rate, faster)))
             if noisy:
-                own = there.axes[axis]
-                values = (*shaken, *own.noise[len(shaken) :])
-                axes = [*there.axes[:axis], own._replace(noise=values), *there.axes[axis + 1 :]]
+                signals = there.axes[axis]
+                values = (*shaken, *signals.noise[len(shaken) :])
+                axes = [*there.axes[:axis], signals._replace(noise=values), *there.axes[axis + 1 :]]
                 there = there._replace(axes=tuple(axes))
             excited = law, tuple(added * x for x in only)
             after = next_state(loop, nominal, fixed, row.sample_time, excited, before, there)

@@ -112,8 +112,8 @@ def _left_by(group: Path, limit: str, used: str, cached: str) -> float:
     bound, now = _text(group / limit).strip(), _text(group / used).strip()
     if not (bound.isdigit() and now.isdigit()):  # "max", or there is no such group
         return np.inf
-    kept = re.search(rf"^{cached} (\d+)$", _text(group / "memory.stat"), re.M)
-    return int(bound) - int(now) + (int(kept[1]) if kept else 0)
+    cache = re.search(rf"^{cached} (\d+)$", _text(group / "memory.stat"), re.M)
+    return int(bound) - int(now) + (int(cache[1]) if cache else 0)
 
 
 def _text(path: Path) -> str:

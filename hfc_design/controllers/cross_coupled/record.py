@@ -87,11 +87,6 @@ class CrossCoupledSettings(GainsSettings):
     kind: Literal["cross-coupled"]
     inner: OwnSettings  # settings of the controllers of the axes
 
-    @property
-    def staged(self) -> bool:
-        """False: strategies that move a distribution cannot search this kind."""
-        return False
-
     def fault(self, target: Target) -> str | None:
         """Return why the search is impossible (path, ranges or inner controllers), or None."""
         if not target.follows_path:

@@ -88,11 +88,6 @@ class CompensationSettings(GainsSettings):
     programmed_speed: Positive  # v: speed along the path that the gain refers to [error/s]
     path_axes: tuple[Label, ...] = ()  # axes that make up the speed along the path; none: all
 
-    @property
-    def staged(self) -> bool:
-        """False: strategies that move a distribution cannot search this kind."""
-        return False
-
     def fault(self, target: Target) -> str | None:
         """Return why the search is impossible (axes or inner controllers), or None."""
         if fault := axes_fault(target.machine.axes, self.k_p, self.path_axes):
