@@ -423,11 +423,7 @@ def final_problem(scenario: Scenario) -> Problem:
 
 
 def check_memory(scenario: Scenario, design: Design | None = None, at_once: int = 1) -> None:
-    """Refuse a run, or ``at_once`` simultaneous ones, with too little memory.
-
-    Raises:
-        UserError: more memory is needed than there is.
-    """
+    """Refuse a run, or ``at_once`` ones together, if memory is too small for it (UserError)."""
     if design is None:
         with own_code("", *kinds_of(scenario.controller.model_dump())):
             parts = memory.of_search(scenario, genome_of(scenario))

@@ -108,11 +108,7 @@ def begun(folder: Path) -> Iterator[None]:
 
 
 def opened_run(folder: Path) -> Scenario:
-    """Return the scenario of an existing run folder.
-
-    Raises:
-        UserError: there is no run in the folder.
-    """
+    """Return the scenario of an existing run folder; UserError: there is no run in it."""
     if not (folder / CONFIG).is_file():
         place = option("out", str(folder), "folder")
         raise UserError(f"{place}: has no run to resume (no file {CONFIG})")
@@ -264,11 +260,7 @@ def used(scenario: Scenario, result: Result, folder: Path, use: Usable | None = 
 
 
 def kept_use(folder: Path) -> Json | None:
-    """Return the stored usability of a run's design; None if there is none.
-
-    Raises:
-        RunError: the file is damaged.
-    """
+    """Return the stored usability of a run's design, or None; RunError: the file is damaged."""
     return read_numbers(folder / USABLE, UsableFile)
 
 

@@ -40,11 +40,7 @@ SearchSettings = Annotated[
 
 
 def searcher(settings: StrategySettings, task: Task) -> Searcher:
-    """Return a searcher: the strategy that ``settings`` name, at work on a task.
-
-    Raises:
-        UserError: the strategy is a user's own and has an error.
-    """
+    """Return the strategy that ``settings`` name, at work on a task; UserError: it has an error."""
     strategy = STRATEGIES.get(settings.preset)
     with own_code(" cannot search: make", ("strategy", strategy.name)):
         instance = strategy.make(settings, task)

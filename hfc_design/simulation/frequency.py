@@ -140,11 +140,7 @@ class Setup(NamedTuple):
 
     @property
     def largest(self) -> float:
-        """The largest command; without a limit, that which the fastest motion needs.
-
-        Raises:
-            UserError: there is neither.
-        """
+        """The largest command; if unlimited, that of the fastest motion; UserError: neither."""
         drive, axis = self.scenario.machine.drives[self.axis], self.scenario.machine.axes[self.axis]
         limit = largest_command(self.scenario.limits.of(axis))
         largest = drive.largest_commands(self.machines.nominal[self.axis], limit)[1]

@@ -295,10 +295,7 @@ class AskedMargins:
         return jax.tree.map(lambda leaf: leaf[lanes < len(self._answers)], every)
 
     def _near(self, gains: Gains) -> tuple[Steady, Controllers, Mask, Any]:
-        """Return machines, controllers, which were found, and poles of the closed loops.
-
-        They are in lanes (individuals x machines).
-        """
+        """Return machines, controllers, which exist, and closed poles, (individuals x machines)."""
         points, count = len(self._machines.exists), jax.tree.leaves(gains)[0].shape[-1]
         every = jax.tree.map(lambda leaf: np.repeat(leaf, points, axis=-1), gains)
         machines: Steady = jax.tree.map(partial(_lanes, count=count), self._machines)

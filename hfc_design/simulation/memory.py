@@ -83,11 +83,7 @@ def check(what: str, parts: Parts, at_once: int = 1) -> None:
 
 
 def size(text: str) -> float:
-    """Return the size in a user's text, such as 8GB [bytes].
-
-    Raises:
-        UserError: the text is not a size.
-    """
+    """Return the size in a user's text, such as 8GB [bytes]; UserError: it is not a size."""
     match = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?) ?([KMGT]?)i?B?", text.strip(), re.I | re.A)
     if not match or not float(match[1]):
         raise UserError(f"{LIMIT} {text[:60]}: must be a size, as in 8GB")

@@ -116,10 +116,7 @@ class Margins(NamedTuple):
 
 
 def margins(loop: OpenLoop, every: float) -> Margins:
-    """Return the margins of a loop; if it is unstable, factors that make it stable count too.
-
-    ``every`` is the sample time [s].
-    """
+    """Return margins of a loop, sampled ``every`` [s]; factors that make it stable count too."""
     loop = loop.reduced()
     before, after = loop.poles()
     slowest = float(np.abs(after).max(initial=0.0))

@@ -116,11 +116,7 @@ class AdaptiveDesign(FuzzyRecord):
         return aflc(self.sample_time_s, limit, self.judge())
 
     def widths(self) -> list[float]:
-        """Return the smallest distances that edges can get from centres, in single precision.
-
-        Raises:
-            UserError: one of these distances can be 0.
-        """
+        """Return the least distances of edges from centres, in float32; UserError: one can be 0."""
         table, rates = self.table(), self.law_gains().rates
         pairs = ((table.error_terms, rates.a_overlap), (table.change_terms, rates.b_overlap))
         wide = [(m, k / 2) for terms, k in pairs if k for _, m, _ in terms]

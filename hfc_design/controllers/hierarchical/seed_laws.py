@@ -65,11 +65,7 @@ class Structure(NamedTuple):
 
 
 class SeedLaws:
-    """Operations of a search on ``Laws``.
-
-    Raises:
-        UserError: the drive cannot be linearised, or no regulator of it was found.
-    """
+    """Operations of a search on ``Laws``; UserError: the drive is not linearised or regulated."""
 
     def __init__(self, genome: Any):
         self.genome = genome  # the ``HierarchicalGenome`` of the tables

@@ -23,10 +23,7 @@ def initial_memory(law: AxisLaw, zero: Scalar) -> tuple[()]:
 def sample(
     xp: Xp, law: AxisLaw, gains: PdGains, memory: tuple[()], signals: Signals
 ) -> tuple[Scalar, tuple[()], None]:
-    """Command ``kp e + kd de/dt`` (LL eq. 6).
-
-    It is returned [V] together with the empty memory and None for its parts.
-    """
+    """Return ``kp e + kd de/dt`` [V] (LL eq. 6), the empty memory, and None for the parts."""
     return gains.kp * signals["error"] + gains.kd * signals["error_rate"], memory, None
 
 

@@ -210,11 +210,7 @@ class PerAxisSettings(ControllerSettings):
 
 
 class PerAxisGenome(ProductGenome):
-    """Genome with one part for each axis.
-
-    Raises:
-        UserError: the axes have too many structures together.
-    """
+    """Genome with one part for each axis; UserError: too many structures together."""
 
     def __init__(self, settings: PerAxisSettings, target: Target):
         axis_settings = enumerate(settings.axes.values())
