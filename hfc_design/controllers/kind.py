@@ -256,6 +256,8 @@ class ControllerRecord(Record):
     #: of_gains(gains by name) -> keys of the controller with these gains in a design file.
     of_gains: ClassVar[Any] = None
     rule_base: ClassVar[RuleBase | None] = None
+    #: Keys of ``adaptation`` that are 0 in a design that does not adapt; (): the kind has none.
+    steps_of_adaptation: ClassVar[tuple[str, ...]] = ()
     no_rules: ClassVar[str] = "no rule tables; use c or st"  # message on formats with rule tables
     #: lookup(points) -> dict for code that has a table of ``points`` values in place of exp: "law"
     #: (limit -> AxisLaw with the table), "deviation" (largest error found) and others.
@@ -287,8 +289,11 @@ class ControllerRecord(Record):
         return {}
 
     def without_adaptation(self) -> Self:
-        """Return a record whose controller does not adapt while it runs."""
-        return self
+        """Return a record whose controller does not adapt; what it has learned remains."""
+        if not self.steps_of_adaptation:
+            return self
+        adaptation, still = dict(self)["adaptation"], dict.fromkeys(self.steps_of_adaptation, 0.0)
+        return self.model_copy(update={"adaptation": adaptation.model_copy(update=still)})
 
     def structure(self) -> str:
         """Return the structure as ``Genome.notation`` writes it; "" if the kind has only one."""

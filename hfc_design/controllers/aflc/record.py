@@ -84,6 +84,7 @@ class AdaptiveDesign(FuzzyRecord):
     """Common base of the two adaptive kinds."""
 
     adapts: ClassVar[bool] = True
+    steps_of_adaptation = ("k_a", "k_b", "k_c")
     error_terms: SevenTerms  # seven triangles of the error, in order
     error_change_terms: SevenTerms  # seven triangles of the error's change, in order
     adaptation: RatesRecord  # step sizes and limits of the adaptation
@@ -125,11 +126,6 @@ class AdaptiveDesign(FuzzyRecord):
             fault = "an overlap is too small compared with a term's centre"
             raise UserError(f"controller.adaptation: {fault}")
         return [*export.widths(self), *(export.apart(*pair) for pair in near)]
-
-    def without_adaptation(self) -> Self:
-        """Return the design without adaptation."""
-        steps = self.adaptation.model_copy(update={"k_a": 0.0, "k_b": 0.0, "k_c": 0.0})
-        return self.model_copy(update={"adaptation": steps})
 
     def law_gains(self) -> AdaptiveGains:
         """Return the gains of the design, as those of one individual."""

@@ -86,6 +86,7 @@ class SlidingDesign(ControllerRecord):
     settings = later(".record", "SlidingSettings")
     genome = later(".genome", "SlidingGenome")
     rule_base = later(".export", "RULES")
+    steps_of_adaptation = ("rate",)
     explain = later(".export", "EXPLAIN")
     pictures = later(".pictures", "pictures")
     sections = later(".pictures", "sections")
@@ -155,11 +156,6 @@ class SlidingDesign(ControllerRecord):
     def with_moves(self, moves: Rules) -> Self:
         """Return the design with the learned ``moves``."""
         learning = self.adaptation.model_copy(update={"moves": moves})
-        return self.model_copy(update={"adaptation": learning})
-
-    def without_adaptation(self) -> Self:
-        """Return the design with learning rate 0; moves learned so far remain."""
-        learning = self.adaptation.model_copy(update={"rate": 0.0})
         return self.model_copy(update={"adaptation": learning})
 
 

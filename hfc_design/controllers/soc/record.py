@@ -43,6 +43,7 @@ class SocDesign(ControllerRecord):
         "it learns its rules in the loop, which that format cannot represent; use c, "
         "fmu or linuxcnc"
     )
+    steps_of_adaptation = ("gamma",)
     explain = later(".", "EXPLAIN")
     pictures = later(".section", "pictures")
     sections = later(".section", "sections")
@@ -82,11 +83,6 @@ class SocDesign(ControllerRecord):
         """Return the keys of a controller with these gains; its table is left out, thus 0."""
         adaptation = {key: gains[key] for key in AdaptationRecord.model_fields}
         return {**{key: gains[key] for key in ("ge", "gc", "gu")}, "adaptation": adaptation}
-
-    def without_adaptation(self) -> Self:
-        """Return the design with ``gamma`` = 0; the table remains."""
-        still = self.adaptation.model_copy(update={"gamma": 0.0})
-        return self.model_copy(update={"adaptation": still})
 
     def adapted(self, memory: SocMemory) -> Self:
         """Return the design with the learned table."""
