@@ -145,8 +145,11 @@ def sample(
     command = gains.command_unit * activations.outputs[0]
     training_error = (1.0 - gains.xi) * e + gains.xi * ce
     if law.limit is not None:
-        winds = (abs(command) > law.limit) & (command * training_error > 0.0)
-        training_error = xp.where(winds, 0.0 * training_error, training_error)
+        training_error = xp.where(
+            (abs(command) > law.limit) & (command * training_error > 0.0),
+            0.0 * training_error,
+            training_error,
+        )
     rates = gains.rate, gains.momentum, gains.slope
     moved = changes(xp, memory.weights, memory.moved, activations, (training_error,), *rates)
     # Makes the command infinite or nan if a new weight is not finite (``AxisLaw.tells``).
