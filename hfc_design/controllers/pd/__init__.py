@@ -23,7 +23,10 @@ def initial_memory(law: AxisLaw, zero: Scalar) -> tuple[()]:
 def sample(
     xp: Xp, law: AxisLaw, gains: PdGains, memory: tuple[()], signals: Signals
 ) -> tuple[Scalar, tuple[()], None]:
-    """Return ``kp e + kd de/dt`` [V] (LL eq. 6), the empty memory, and None for the parts."""
+    """Command ``kp e + kd de/dt`` (LL eq. 6).
+
+    It is returned [V] together with the empty memory and None for its parts.
+    """
     return gains.kp * signals["error"] + gains.kd * signals["error_rate"], memory, None
 
 
