@@ -43,7 +43,7 @@ def main(lanes: int, repeats: int, target: Path | None) -> None:
     works = {
         "scores": partial(simulate.scores, loop, machines, [samples], many),
         "derivatives": partial(
-            simulate.error_jacobian, loop.smooth, machines, samples, one, chosen=chosen
+            simulate.jacobians, loop.smooth, machines, samples, one, ("error",), chosen=chosen
         ),
     }
     compiling = {name: report.seconds(run) for name, run in works.items()}

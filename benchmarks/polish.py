@@ -78,13 +78,14 @@ class Residuals:
         """Errors (steps,) and their derivative by the numbers of the gains."""
         loop, machines, (samples,), _ = self.problem.parts
         gains = self.problem.genome.gains(self.own.members(np.asarray(x)[None]))
-        return simulate.error_jacobian(loop, machines, samples, gains, np.float64)
+        about = (loop, machines, samples, gains)
+        return simulate.jacobians(*about, ("error",), np.float64)["error"]
 
     def values(self, x: Floats) -> Floats:
         """(steps,) of a point."""
         loop, machines, (samples,), _ = self.problem.parts
         gains = self.problem.genome.gains(self.own.members(np.asarray(x)[None]))
-        _, (motion,) = simulate.trajectory(loop, machines, samples, gains)
+        _, (motion,), _ = simulate.trajectories(loop, machines, [samples], gains)[0]
         return np.asarray((motion.error[:, 0] ** 2 + self.floor**2) ** 0.25)
 
     def linear(self, x: Floats) -> tuple[Floats, Floats]:

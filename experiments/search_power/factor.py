@@ -33,7 +33,7 @@ def main() -> None:
             begun = perf_counter()
             simulate.scores(loop, machines, motions, gains)
             between = perf_counter()
-            simulate.error_jacobian(loop, machines, *motions, one, chosen=chosen)
+            simulate.jacobians(loop, machines, *motions, one, ("error",), chosen=chosen)
             seconds[k] = between - begun, perf_counter() - between
         plain, tangent = seconds[1:].T
         ratio = (tangent / NUMBERS) / (plain / LANES)

@@ -4,7 +4,7 @@ import numpy as np
 
 from experiments.search_power.charts import Chart
 from hfc_design.core.numbers import Floats
-from hfc_design.search.differential import Trials, begun, fewer, learnt, tried
+from hfc_design.search.differential import Trials, begun, learnt, tried
 
 #: Candidates of L-SHADE in the end.
 LAST = 4
@@ -42,7 +42,8 @@ class LShade:
         self.costs = np.minimum(self.costs, costs)
         size = max(round(self.first + (LAST - self.first) * min(self.share, 1.0)), LAST)
         best = np.sort(np.argsort(self.costs, kind="stable")[:size])
-        self.points, self.costs = fewer(self.points, best), self.costs[best]
+        places, self.costs = self.points.places[best], self.costs[best]
+        self.points = self.points._replace(places=places)
 
     done, incumbent = False, None
 

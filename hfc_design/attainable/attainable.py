@@ -15,7 +15,7 @@ from hfc_design.attainable.linear_model import (
 )
 from hfc_design.attainable.linear_program import Linear, LinearProgram, Solved, linear_program
 from hfc_design.attainable.open_loop import best_voltage
-from hfc_design.attainable.reachable import Reachable, reachable
+from hfc_design.attainable.reachable import reachable
 from hfc_design.attainable.rollout import RolledOut, Rollout, rollout_of
 from hfc_design.attainable.sliding import Case, bent, speeds
 from hfc_design.core import devices
@@ -63,10 +63,8 @@ def check(scenario: Scenario) -> None:
     """
     machine = scenario.plant.machine
     if len(machine.drives) != 1 or machine.drives[0] is not C_AXIS or machine.forces:
-        raise UserError(
-            f"scenario {scenario.name} has the plant {machine.name}: a bound exists only for a "
-            f"machine with one {C_AXIS.name}"
-        )
+        only = f"a bound exists only for a machine with one {C_AXIS.name}"
+        raise UserError(f"scenario {scenario.name} has the plant {machine.name}: {only}")
     if scenario.limits.of(machine.axes[0]).command is None:
         raise UserError(
             f"scenario {scenario.name} has no limits.command: without one there is no bound, a "
@@ -94,17 +92,6 @@ def attainable(scenario: AnyScenario) -> dict[str, Attainable]:
     return {name: _of_motion(name, where) for name, where in each}
 
 
-class _Window(NamedTuple):
-    """The first samples of a motion."""
-
-    machine: LinearModel
-    one: Sampled
-    moved: Floats  # (samples + 1, 5) states without voltage and bristles
-    errors: Floats  # (samples,) of these states, at the end of each sample
-    reached: Reachable
-    start: float  # initial deflection of the bristles [rad]
-
-
 def _of_motion(name: str, scenario: Scenario) -> Attainable:
     played = rollout_of(scenario)
     start = CAxisState(*(float(x) for x in played.samples.start[0]))
@@ -119,15 +106,14 @@ def _of_motion(name: str, scenario: Scenario) -> Attainable:
     largest[: int(scenario.limits.of(scenario.plant.machine.axes[0]).delay_samples)] = 0.0
     count = min(SAMPLES + int(np.argmax(np.abs(errors) > 0.0)), len(errors))
     while True:
-        window = _window(machine, one, moved, played, largest, start, count)
-        bounds = Bounds(largest[: count - 1], -window.reached.bristles, window.reached.bristles)
-        solution, proof, late = _bound(window, bounds)
+        case = _case(machine, one, moved, played, largest, start, count)
+        solution, proof, late = _bound(case)
         if count >= min(MOST_SAMPLES, len(errors)) or late <= LATE:
             break
         count = min(2 * count, len(errors))
     known = best_voltage(played, np.append(solution.inputs[:, 0], 0.0), largest)
     total, first = float(np.abs(known.error).sum()), abs(float(errors[0]))
-    best = _tightened(window, bounds, proof, known, total - first)
+    best = _tightened(case._replace(budget=total - first), proof, known)
     return Attainable(
         name=name,
         bound=min(first + max(best.bound, 0.0), total),
@@ -139,7 +125,7 @@ def _of_motion(name: str, scenario: Scenario) -> Attainable:
     )
 
 
-def _window(
+def _case(
     machine: LinearModel,
     one: Sampled,
     moved: Floats,
@@ -147,69 +133,55 @@ def _window(
     largest: Floats,
     start: CAxisState,
     count: int,
-) -> _Window:
-    """Return the window of the first ``count`` samples."""
+) -> Case:
+    """Return the motions of the first ``count`` samples."""
     target = np.asarray(played.samples.axes[0].target)[1:count]
     loads = np.asarray(played.samples.axes[0].loads)[:, :count]
     z = start.bristle_deflection
     reached = reachable(machine, one, moved[:count], loads, largest[: count - 1], abs(z))
-    return _Window(machine, one, moved[:count], target - moved[1:count, ANGLE], reached, z)
+    bounds = Bounds(largest[: count - 1], -reached.bristles, reached.bristles)
+    errors = target - moved[1:count, ANGLE]
+    return Case(machine, one, moved[:count], errors, reached, bounds, np.inf, z)
 
 
-def _first(window: _Window, bounds: Bounds, steps: int) -> tuple[_Window, Bounds]:
-    """Return window and bounds of the first ``steps`` samples."""
-    reached = Reachable(*(x[:steps] for x in window.reached))
-    moved, errors = window.moved[: steps + 1], window.errors[:steps]
-    first = window._replace(moved=moved, errors=errors, reached=reached)
-    return first, Bounds(*(x[:steps] for x in bounds))
-
-
-def _programme(window: _Window, bounds: Bounds) -> LinearProgram:
-    steps, one = len(window.errors), window.one
+def _programme(case: Case) -> LinearProgram:
+    steps, one, bounds = len(case.errors), case.one, case.bounds
     driven = np.column_stack([one.voltage, one.bristle])
     system = Linear(np.repeat(one.a[None], steps, 0), np.repeat(driven[None], steps, 0), ANGLE)
-    low = np.column_stack([-bounds.voltage, bounds.low])
-    return linear_program(
-        system, window.errors, low, np.column_stack([bounds.voltage, bounds.high])
-    )
+    low, high = [-bounds.voltage, bounds.low], [bounds.voltage, bounds.high]
+    return linear_program(system, case.errors, np.column_stack(low), np.column_stack(high))
 
 
-def _bound(window: _Window, bounds: Bounds) -> tuple[Solved, Certified, float]:
+def _bound(case: Case) -> tuple[Solved, Certified, float]:
     """Return the solution, its certified bound, and the share of the last quarter in its errors."""
-    solution = _programme(window, bounds).least_sum()
+    solution = _programme(case).least_sum()
     if solution is None:
         raise RunError("the linear programme of the bound has no solution that HiGHS finds")
     multipliers = np.clip(solution.multipliers, -1.0, 1.0)
-    proof = certified(window.machine, window.one, window.errors, multipliers, bounds)
+    proof = certified(case.machine, case.one, case.errors, multipliers, case.bounds)
     left = np.abs(solution.errors)
     late = float(left[-(len(left) // 4) :].sum() / max(left.sum(), np.finfo(float).tiny))
     return solution, proof, late
 
 
-def _tightened(
-    window: _Window, bounds: Bounds, proof: Certified, known: RolledOut, budget: float
-) -> Certified:
+def _tightened(case: Case, proof: Certified, known: RolledOut) -> Certified:
     """Return a bound for motions that are better than the ``known`` one, by bounds of friction.
 
     The solver may fail in any round; the bounds of the previous rounds remain valid.
     """
-    added = np.abs(known.error[1 : len(window.errors) + 1]).cumsum()
-    end = min(int(np.searchsorted(added, MOSTLY * budget)) + 1, len(window.errors))
+    added = np.abs(known.error[1 : len(case.errors) + 1]).cumsum()
+    end = min(int(np.searchsorted(added, MOSTLY * case.budget)) + 1, len(case.errors))
     steps = [*range(2, end, max(end // ASKED, 1)), end]
     signs = np.sign(known.states[steps, CAxisState._fields.index("spindle_velocity")])
     for _ in range(ROUNDS):
-        part, part_bounds = _first(window, bounds, min(end + AFTER, len(window.errors)))
-        case = Case(
-            part.machine, part.one, part.moved, part.errors, part.reached, part_bounds, budget
-        )
-        low, high = speeds(case, _programme(part, part_bounds), steps, signs)
-        rest = window.reached.speed[len(low) :]
-        whole = Case(*case[:2], window.moved, window.errors, window.reached, bounds, budget)
+        part = case.first(min(end + AFTER, len(case.errors)))
+        low, high = speeds(part, _programme(part), steps, signs)
+        rest = case.reachable.speed[len(low) :]
         low, high = np.append(low, -rest), np.append(high, rest)
-        bounds = bent(whole, low, high, window.start)
-        better = _bound(window, bounds)[1]
+        case = case._replace(bounds=bent(case, low, high))
+        better = _bound(case)[1]
         rise = better.bound - proof.bound
         proof = better if rise > 0.0 else proof
-        if rise <= RISE * abs(proof.bound) or proof.bound >= budget:
+        if rise <= RISE * abs(proof.bound) or proof.bound >= case.budget:
             break
     return proof

@@ -69,15 +69,12 @@ class LinearProgram(NamedTuple):
                 break
         else:
             return None
-        scaled_inputs = solution.x[steps * states : steps * (states + inputs)].reshape(
-            steps, inputs
-        )
-        above, below = solution.x[steps * (states + inputs) :].reshape(2, steps)
+        _, given, off = np.split(solution.x, [steps * states, steps * (states + inputs)])
+        given, (above, below) = given.reshape(steps, inputs), off.reshape(2, steps)
         by_error = solution.eqlin.marginals[steps * states :] * size / self.scale
         by_budget = solution.ineqlin.marginals.sum() * size / self.scale
-        return Solved(
-            scaled_inputs * self.unit, self.scale * (above - below), by_error, -float(by_budget)
-        )
+        errors = self.scale * (above - below)
+        return Solved(given * self.unit, errors, by_error, -float(by_budget))
 
 
 def linear_program(system: Linear, errors: Floats, low: Floats, high: Floats) -> LinearProgram:

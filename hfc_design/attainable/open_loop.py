@@ -82,9 +82,8 @@ def _head(one: Rollout, voltage: Floats, largest: Floats) -> RolledOut:
         high = np.minimum(most, now + trust * whole) - now
         system = answers(one, now, motion.states)
         linear = Linear(system.a[:-1], system.b[:-1], system.output)
-        change = linear_program(
-            linear, motion.error[1:], low[:-1, None], high[:-1, None]
-        ).least_sum()
+        bounds = low[:-1, None], high[:-1, None]
+        change = linear_program(linear, motion.error[1:], *bounds).least_sum()
         if change is None:
             break
         tried = rolled_out(one, now + np.append(change.inputs[:, 0], 0.0))

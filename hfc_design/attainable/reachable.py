@@ -58,9 +58,8 @@ def reachable(
         bristles[k] = way
     states = drift + _convolved(by_voltage, voltage) + _convolved(by_bristles, bristles)
     speeds = slope * states[:, MOMENTUM] + shared * bristles
-    return Reachable(
-        states, bristles, speeds, _bending(machine, one, states, loads, voltage, bristles)
-    )
+    bending = _bending(machine, one, states, loads, voltage, bristles)
+    return Reachable(states, bristles, speeds, bending)
 
 
 def _answers(machine: LinearModel, one: Sampled, given: Floats, steps: int) -> Floats:
@@ -102,11 +101,8 @@ def _bending(
     """Return bounds (steps,) of the second derivative of the momentum [N m/s]."""
     most = PARABOLA * np.abs(loads).max(axis=0)[:-1]
     rates = states @ np.abs(machine.a).T
-    for given, by in (
-        (voltage, machine.voltage),
-        (bristles, machine.bristle),
-        (most, machine.load),
-    ):
+    pairs = (voltage, machine.voltage), (bristles, machine.bristle), (most, machine.load)
+    for given, by in pairs:
         rates += np.outer(given, np.abs(by))
     speed = states[:, MOMENTUM] / machine.inertia + bristles * machine.damping / machine.inertia
     bent = speed * (1.0 + bristles / machine.sliding)

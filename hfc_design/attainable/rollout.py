@@ -131,8 +131,7 @@ def _answers(
     voltage: Array,
 ) -> tuple[Array, Array]:
     def each(x: Array, load: Array, acting: Array) -> tuple[Array, Array]:
-        jacobians = jax.jacfwd(partial(_moved, how, fixed, time), argnums=(0, 2))(x, load, acting)
-        a, b = jacobians
+        a, b = jax.jacfwd(partial(_moved, how, fixed, time), argnums=(0, 2))(x, load, acting)
         return a, b
 
     return jax.vmap(each)(states, loads, voltage)

@@ -27,6 +27,14 @@ class Case(NamedTuple):
     reachable: Reachable
     bounds: Bounds
     budget: float
+    start: float = 0.0  # initial deflection of the bristles [rad]
+
+    def first(self, steps: int) -> "Case":
+        """Return the first ``steps`` samples."""
+        reached = Reachable(*(x[:steps] for x in self.reachable))
+        moved, bounds = self.moved[: steps + 1], Bounds(*(x[:steps] for x in self.bounds))
+        errors = self.errors[:steps]
+        return self._replace(moved=moved, errors=errors, reachable=reached, bounds=bounds)
 
 
 def slowest(case: Case, solver: LinearProgram, step: int, sign: float) -> float:
@@ -68,13 +76,10 @@ def speeds(
     return low, high
 
 
-def bent(case: Case, low: Floats, high: Floats, start: float) -> Bounds:
-    """Return bounds of the bristles in each sample, for speeds between ``low`` and ``high``.
-
-    ``start`` is their initial deflection [rad].
-    """
-    below = _lowest(case, low, high, start)
-    above = -_lowest(case, -high, -low, -start)
+def bent(case: Case, low: Floats, high: Floats) -> Bounds:
+    """Return bounds of the bristles in each sample, for speeds between ``low`` and ``high``."""
+    below = _lowest(case, low, high, case.start)
+    above = -_lowest(case, -high, -low, -case.start)
     lowest, highest = np.maximum(case.bounds.low, below), np.minimum(case.bounds.high, above)
     return Bounds(case.bounds.voltage, lowest, highest)
 

@@ -111,15 +111,8 @@ class ConnectedMemory(NamedTuple):
 
 def connected(law: AxisLaw, connection: Connection, begins: Begins) -> AxisLaw:
     """Return a law that reads raw readings, forms the signals of ``law`` and runs it."""
-    return AxisLaw(
-        _sample,
-        _start,
-        law.sample_time,
-        law.limit,
-        Inside(law, connection, begins),
-        prime=_primed,
-        begin=_begun,
-    )
+    about = law.sample_time, law.limit, Inside(law, connection, begins)
+    return AxisLaw(_sample, _start, *about, prime=_primed, begin=_begun)
 
 
 def _start(law: AxisLaw, zero: Scalar) -> ConnectedMemory:

@@ -17,7 +17,9 @@ class Population(Protocol):
         """(n,) number of the structure of each individual, from 0 on."""
 
 
-AnyPopulation = TypeVar("AnyPopulation", bound=Population)
+#: A population, another record whose arrays count the individuals in their first dimension, or
+#: such an array.
+AnyPopulation = TypeVar("AnyPopulation")
 #: A ``Population`` with the arrays that a genome of a certain kind uses.
 Members: TypeAlias = Any
 
@@ -107,8 +109,8 @@ def some(rng: np.random.Generator, shape: tuple[int, ...], share: Floats | float
     return np.asarray((rng.random(shape) < share) * rng.standard_normal(shape))
 
 
-def taken(population: AnyPopulation, chosen: Integers | Mask | slice) -> AnyPopulation:
-    """Return the individuals chosen by an index array, a mask or a slice."""
+def taken(population: AnyPopulation, chosen: int | Integers | Mask | slice) -> AnyPopulation:
+    """Return the individuals chosen by an index array, a mask or a slice; of an index the one."""
     return _mapped(lambda array: array[chosen], population)
 
 
@@ -117,7 +119,7 @@ def joined(*populations: AnyPopulation) -> AnyPopulation:
     return _mapped(lambda *parts: np.concatenate(parts), *populations)
 
 
-def replaced(population: AnyPopulation, places: Integers, by: AnyPopulation) -> AnyPopulation:
+def replaced(population: AnyPopulation, places: int | Integers, by: Any) -> AnyPopulation:
     """Return a population with the individuals at the indices ``places`` replaced ``by`` others."""
 
     def changed(array: Any, values: Any) -> Any:

@@ -5,7 +5,10 @@ Each kind has a folder beside this file; ``KIND`` in the folder's ``__init__`` r
 """
 
 import importlib
-from collections.abc import Callable
+import sys
+from collections import deque
+from collections.abc import Callable, Iterator
+from importlib.util import resolve_name
 from types import FunctionType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, Self, get_args
 
@@ -13,10 +16,11 @@ from pydantic import Field, ValidationInfo
 
 from hfc_design.controllers.controller import Controller, PerAxis
 from hfc_design.controllers.rules import RuleBase
-from hfc_design.core.numbers import Floats, Gains, Json, Memory, Own, Parameters, Plain
+from hfc_design.core.numbers import SCALARS, Floats, Gains, Json, Memory, Own, Parameters, Plain
 from hfc_design.core.overrides import flat
 from hfc_design.core.plugins import GROUPS, Group
 from hfc_design.core.records import NotNegative, Positive, Record, UserError
+from hfc_design.core.tables import Table
 
 if TYPE_CHECKING:
     from plants import Machine  # which imports JAX
@@ -32,11 +36,16 @@ DeadZone = Annotated[NotNegative, Field(exclude_if=(0.0).__eq__)]
 class later:
     """Class attribute that is imported on use, because its module may load JAX or matplotlib.
 
-    A function of the module becomes a method of the class; any other object is used as it is.
+    A module whose name begins with a dot is in the package of the class. A function of the module
+    becomes a method of the class; any other object is used as it is.
     """
 
     def __init__(self, module: str, name: str):
         self.module, self.name = module, name
+
+    def __set_name__(self, kind: type, attribute: str) -> None:
+        if self.module.startswith("."):
+            self.module = resolve_name(self.module, sys.modules[kind.__module__].__package__)
 
     def __get__(self, record: Any, kind: Any = None) -> Any:
         attribute = getattr(importlib.import_module(self.module), self.name)
@@ -76,6 +85,14 @@ def controller_named(start: Plain, info: ValidationInfo) -> Plain:
     return design.controller.model_dump()
 
 
+def sampled_otherwise(start: "ControllerRecord | None", target: "Target") -> str | None:
+    """Return a message on a start with another sample time than that of ``target``, or None."""
+    if start is None or start.sample_time_s == target.sample_time:
+        return None
+    needed = f"simulation.sample_time_s = {target.sample_time} (got {start.sample_time_s})"
+    return f"controller.start: must have the sample time {needed}"
+
+
 class Target(NamedTuple):
     """Machine and conditions for which a controller is designed."""
 
@@ -111,10 +128,34 @@ class ReportContext(NamedTuple):
         machine, parameters, at = self.machine.only(k), (self.parameters[k],), slice(k, k + 1)
         return ReportContext(machine, parameters, signals, self.largest[at])
 
+    def called(self, axis: str) -> str:
+        """Return the name of an axis in texts."""
+        return axis.upper() if len(self.machine.axes) > 1 else "the axis"
+
     @property
     def units(self) -> dict[str, str]:
         """Unit of each signal of the first axis."""
         return self.machine.drives[0].units
+
+
+def memories(
+    record: Own, signals: dict[str, Floats], limit: float | None = None
+) -> Iterator[Memory]:
+    """Yield the memory of a record's law before each sample of a motion, and the last one.
+
+    The law reads the ``signals`` of an axis in the motion, which takes about 0.1 ms a sample.
+    """
+    law, gains, names = record.law(limit), record.law_gains(), record.reads()
+    memory = law.begun(SCALARS, 0.0, gains)
+    yield memory
+    for values in zip(*(signals[name].tolist() for name in names), strict=True):
+        _, memory = law.step(SCALARS, gains, memory, dict(zip(names, values, strict=True)))
+        yield memory
+
+
+def last_memory(record: Own, signals: dict[str, Floats], limit: float | None = None) -> Memory:
+    """Return the last one of ``memories``."""
+    return deque(memories(record, signals, limit), maxlen=1).pop()
 
 
 #: Note for ``ControllerRecord.connecting`` of a law that reads only the error.
@@ -162,7 +203,6 @@ def nothing(record: Record) -> list[Any]:
 
 def numbers(record: Any, shown: "ReportContext") -> list[Any]:
     """Return the default section of a report on a controller: a table of its numbers."""
-    from hfc_design.core.tables import Table
     from hfc_design.plotting.section import Section  # which loads matplotlib
 
     data: Json = record.model_dump(exclude={"kind", "sample_time_s"})
@@ -216,6 +256,8 @@ class ControllerRecord(Record):
     #: of_gains(gains by name) -> keys of the controller with these gains in a design file.
     of_gains: ClassVar[Any] = None
     rule_base: ClassVar[RuleBase | None] = None
+    #: Keys of ``adaptation`` that are 0 in a design that does not adapt; (): the kind has none.
+    steps_of_adaptation: ClassVar[tuple[str, ...]] = ()
     no_rules: ClassVar[str] = "no rule tables; use c or st"  # message on formats with rule tables
     #: lookup(points) -> dict for code that has a table of ``points`` values in place of exp: "law"
     #: (limit -> AxisLaw with the table), "deviation" (largest error found) and others.
@@ -247,8 +289,11 @@ class ControllerRecord(Record):
         return {}
 
     def without_adaptation(self) -> Self:
-        """Return a record whose controller does not adapt while it runs."""
-        return self
+        """Return a record whose controller does not adapt; what it has learned remains."""
+        if not self.steps_of_adaptation:
+            return self
+        adaptation, still = dict(self)["adaptation"], dict.fromkeys(self.steps_of_adaptation, 0.0)
+        return self.model_copy(update={"adaptation": adaptation.model_copy(update=still)})
 
     def structure(self) -> str:
         """Return the structure as ``Genome.notation`` writes it; "" if the kind has only one."""

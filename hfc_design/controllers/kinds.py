@@ -16,11 +16,11 @@ def _fault(kind: type[ControllerRecord]) -> str | None:
     """Return why a kind cannot work, in a line; None if no fault is found at once."""
     settings: Any = kind.settings
     named = names_of(settings) if isinstance(settings, type) else ()
+    for key in METHODS:
+        if (value := getattr(kind, key)) is not None and not callable(value):
+            return f"{key} = {value!r}: must be a function"
+    gains_alone = kind.genome is GainsGenome and kind.of_gains is None
     faults = {
-        f"{key} = {value!r}: must be a function": value is not None and not callable(value)
-        for key in METHODS
-        for value in [getattr(kind, key)]
-    } | {
         "law_gains is missing, which returns the gains of its law": kind.law_gains
         is ControllerRecord.law_gains,
         f"name = {kind.name!r}: must be a string": not isinstance(kind.name, str),
@@ -29,9 +29,7 @@ def _fault(kind: type[ControllerRecord]) -> str | None:
         == (kind.controller is None),
         "must have both settings and genome, or neither": (settings is None)
         != (kind.genome is None),
-        "genome_of_gains needs of_gains, which makes a record of given gains": kind.genome
-        is GainsGenome
-        and kind.of_gains is None,
+        "genome_of_gains needs of_gains, which makes a record of given gains": gains_alone,
         f"name must be the kind of its settings, {named}": bool(named) and kind.name not in named,
     }
     return next((message for message, wrong in faults.items() if wrong), None)

@@ -39,25 +39,22 @@ class ProductGenome(Genome):
         self.stages = _together([genome.stages for genome in parts])
         self.structures = math.prod(self.counts)  # number of combinations
         if self.structures > MOST:
-            raise UserError(
-                f"controller.{key}: must have at most {MOST} structures together (got "
-                f"{self.structures}); give fewer inputs"
-            )
+            most = f"at most {MOST} structures together (got {self.structures})"
+            raise UserError(f"controller.{key}: must have {most}; give fewer inputs")
 
     def stage(self, number: int, about: ProductPopulation | None) -> Stage:
         """Return a stage with the coordinates of all parts in a row, all with the smallest step."""
-        parts = about.parts if about is not None else (None,) * len(self.parts)
+        before = about.parts if about is not None else (None,) * len(self.parts)
         numbers = [min(number, len(genome.stages) - 1) for genome in self.parts]
-        each = self.each("stage", numbers, parts)
+        each = self.each("stage", numbers, before)
         step = min(stage.step for stage in each)
         wider = np.concatenate([np.full(len(stage.start), stage.step / step) for stage in each])
         ends = np.cumsum([len(stage.start) for stage in each])[:-1]
 
         def members(points: Floats, tree: Integers) -> ProductPopulation:
-            part_points = zip(
-                each, np.split(wider * points, ends, axis=1), self.trees(tree), strict=True
-            )
-            return ProductPopulation(tree, tuple(one.members(*at) for one, *at in part_points))
+            parts = np.split(wider * points, ends, axis=1)
+            rows = zip(each, parts, self.trees(tree), strict=True)
+            return ProductPopulation(tree, tuple(one.members(*at) for one, *at in rows))
 
         return Stage(np.concatenate([stage.start for stage in each]) / wider, step, members)
 

@@ -57,15 +57,11 @@ class Surface(NamedTuple):
 
 def flat(surface: Surface) -> Figure:
     """Draw the surface in colours."""
-    return _figure(units.surface, surface)
+    return _drawn(units.surface, lambda: surface)
 
 
-def solid(surface: Surface) -> Figure:
-    """Draw the surface in three dimensions."""
-    return _figure(units.solid, surface)
-
-
-def _figure(draw: Callable[..., Figure], surface: Surface) -> Figure:
+def _drawn(draw: Callable[..., Figure], made: Callable[[], Surface]) -> Figure:
+    surface = made()
     column, row = surface.column, surface.row
     labels = column.label, row.label
     values = surface.values()
@@ -75,13 +71,9 @@ def _figure(draw: Callable[..., Figure], surface: Surface) -> Figure:
 def pictures(surfaces: Mapping[str, Callable[[], Surface]]) -> dict[str, dict[str, Drawn]]:
     """Return the entries for ``ControllerRecord.pictures``: {picture: {name of a unit: Drawn}}."""
     return {
-        what: {name: partial(_of, draw, made) for name, made in surfaces.items()}
-        for what, draw in (("surface", flat), ("surface-3d", solid))
+        what: {name: partial(_drawn, draw, made) for name, made in surfaces.items()}
+        for what, draw in (("surface", units.surface), ("surface-3d", units.solid))
     }
-
-
-def _of(draw: Callable[[Surface], Figure], made: Callable[[], Surface]) -> Figure:
-    return draw(made())
 
 
 def drawing(surface: Surface, caption: str) -> Drawing:

@@ -80,12 +80,8 @@ def _best(
 
 
 def _fault(axes: int, path: bool) -> str | None:
-    if path:
-        return None
-    return (
-        f"a machine of {'one axis' if axes == 1 else 'axes that do not follow a path'} has no "
-        "contour"
-    )
+    of = "one axis" if axes == 1 else "axes that do not follow a path"
+    return None if path else f"a machine of {of} has no contour"
 
 
 OBJECTIVE = contour()

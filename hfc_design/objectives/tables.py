@@ -27,6 +27,10 @@ class Column(NamedTuple):
     rank: int  # as in ``Metric``
     value: Callable[[MotionRecord], float | None]
 
+    def of(self, name: str) -> "Column":
+        """Return the column of a part with this ``name``, such as an axis or a motion."""
+        return self._replace(meaning=f"{name}: {self.meaning}")
+
 
 def columns(machine: Machine, table: str, directions: int = 0) -> dict[str, Column]:
     """Return key -> column, of the ``table`` ``ALONE``, ``PLANE`` or ``PROGRAM`` of a machine.
@@ -35,16 +39,13 @@ def columns(machine: Machine, table: str, directions: int = 0) -> dict[str, Colu
     """
     listed = [one for one in METRICS if table in one.tables and one.directions <= directions]
     if table == ALONE:
-        several = len(machine.axes) > 1
-        pairs = enumerate(zip(machine.axes, machine.drives, strict=True))
-        return {
-            (f"{axis}_" if several else "") + key: Column(
-                f"{axis}: {meaning}" if several else meaning, one.rank, _of_axis(one, k)
-            )
-            for k, (axis, drive) in pairs
-            for one in listed
-            for key, meaning in [labelled(one, drive)]
-        }
+        several, whole = len(machine.axes) > 1, dict[str, Column]()
+        for k, (axis, drive) in enumerate(zip(machine.axes, machine.drives, strict=True)):
+            for one in listed:
+                key, meaning = labelled(one, drive)
+                column = Column(meaning, one.rank, _of_axis(one, k))
+                whole |= {f"{axis}_{key}": column.of(axis)} if several else {key: column}
+        return whole
     existing = [one for one in listed if one.exists is None or one.exists(machine.drives)]
     return {key: column for one in existing for key, column in _of_machine(one, machine)}
 

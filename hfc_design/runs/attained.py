@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hfc_design.attainable.attainable import Attainable, attainable
+from hfc_design.attainable.attainable import attainable
 from hfc_design.core import checkpoint
 from hfc_design.core.numbers import Json
 from hfc_design.core.tables import MISSING, Table
@@ -13,7 +13,7 @@ from hfc_design.files.design import AnyDesign
 from hfc_design.files.loop_setup import load_design, machine, with_converter
 from hfc_design.files.scenario import Scenario
 from hfc_design.runs.number_files import AttainableFile, read_numbers
-from hfc_design.simulation.evaluating import Evaluation, evaluate
+from hfc_design.simulation.evaluating import evaluate
 
 #: File in a run folder with the result of ``attained``.
 ATTAINABLE = "attainable.json"
@@ -28,25 +28,19 @@ def attained(scenario: Scenario, design: AnyDesign | None = None) -> Json:
         UserError: the scenario has no bound, or the design does not fit.
         RunError: the solver of linear programmes found no solution.
     """
-    if design is None:
-        return _numbers(scenario, attainable(scenario), None)
-    design = load_design(design)
-    scenario = with_converter(scenario, design)
-    scenario = scenario.model_copy(update={"plant": machine(design, scenario)})
-    return _numbers(scenario, attainable(scenario), evaluate(design, scenario))
-
-
-def _numbers(
-    scenario: Scenario, bounds: dict[str, Attainable], evaluation: Evaluation | None
-) -> Json:
-    """Return the results as JSON, with the limits that bound and best voltage do not consider."""
-    motions = {name: x.numbers() for name, x in bounds.items()}
-    if evaluation is not None:
+    if design is not None:
+        design = load_design(design)
+        scenario = with_converter(scenario, design)
+        scenario = scenario.model_copy(update={"plant": machine(design, scenario)})
+    motions = {name: x.numbers() for name, x in attainable(scenario).items()}
+    if design is not None:
+        evaluation = evaluate(design, scenario)
         evaluations = [*evaluation.motions.values()] or [evaluation]
         for x, motion in zip(evaluations, motions.values(), strict=True):
             total = float(np.abs(x.axes[0].motion.error).sum())
             motion["sum_error"] = None if x.diverged or not np.isfinite(total) else total
     limits = scenario.limits.of(scenario.plant.machine.axes[0])
+    # Limits that bound and best voltage do not consider.
     whole = ["delay_samples"] if limits.delay_samples.is_integer() else []
     left = ", ".join(limits.other_than("command", "resolution", *whole))
     return {**({"left_out": left} if left else {}), "unit": "rad", "motions": motions}

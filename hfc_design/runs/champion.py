@@ -124,9 +124,7 @@ def best_of(
     for k, (some, sound) in enumerate(tries):
         designs = [design_of(individual, scenario) for individual in some]
         pairs = zip(some, designs, strict=True)
-        evaluated = (
-            (x, design, evaluate(design, scenario)) for x, design in pairs
-        )  # one at a time
+        evaluated = ((x, y, evaluate(y, scenario)) for x, y in pairs)  # one at a time
         individual, design, evaluation = max(evaluated, key=lambda item: item[2].worth)
         if evaluation.diverged and k == 0:
             why = f" ({evaluation.divergence})" if evaluation.divergence else ""

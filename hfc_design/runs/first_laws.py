@@ -25,11 +25,6 @@ DRAWN, EVERYWHERE, GOOD = 0.08, 0.08, 0.25
 NEAR, ROUNDS = 0.1, 30
 
 
-def worthwhile(evaluations: int) -> bool:
-    """Return True if a search with so many evaluations is long enough for a search of laws."""
-    return evaluations >= FEWEST
-
-
 def first_laws(
     problem: Any, of_laws: Any, evaluations: int, tree: Integers, rng: np.random.Generator
 ) -> Population | None:

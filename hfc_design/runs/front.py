@@ -93,11 +93,7 @@ def write_front(front: Front, folder: Path) -> None:
 
 
 def read_front(scenario: Scenario, search: Search | None, folder: Path) -> Front | None:
-    """Return the front of a finished run; None if the run has no front.
-
-    Raises:
-        RunError: the file of the front is missing or damaged.
-    """
+    """Return the front of a finished run, or None; RunError: its file is missing or damaged."""
     objectives, path = scenario.traded, folder / FRONT
     if not objectives or search is None:
         return None

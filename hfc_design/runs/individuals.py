@@ -22,9 +22,8 @@ def genome_of(scenario: Scenario) -> Genome:
         UserError: the scenario names no controller, and the default does not fit its machine.
     """
     if "controller" not in scenario.model_fields_set and (fault := scenario.unfit):
-        raise UserError(
-            f"{scenario.name}: has no [controller], and the default has an error: {fault}"
-        )
+        why = f"has no [controller], and the default has an error: {fault}"
+        raise UserError(f"{scenario.name}: {why}")
     kind = kinds().get(scenario.controller.kind)  # with a genome, or the scenario could not name it
     genome: Genome = kind.genome(scenario.controller, scenario.target)
     return genome

@@ -53,10 +53,8 @@ def check_polish(scenario: Scenario) -> None:
         return
     genome = genome_of(scenario)
     if coordinates(genome, taken(genome.empty(), slice(1))) is None:
-        which = f"run.polish = {scenario.run.polish}: a controller of kind"
-        raise UserError(
-            f"{which} {scenario.controller.kind!r} cannot be polished; leave run.polish at 0"
-        )
+        fault = f"a controller of kind {scenario.controller.kind!r} cannot be polished"
+        raise UserError(f"run.polish = {scenario.run.polish}: {fault}; leave run.polish at 0")
 
 
 def polished(

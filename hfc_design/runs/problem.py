@@ -16,7 +16,7 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.verdict import Ensemble
-from hfc_design.runs.first_laws import first_laws, worthwhile
+from hfc_design.runs.first_laws import FEWEST, first_laws
 from hfc_design.runs.individuals import design_of, genome_of, kinds_of
 from hfc_design.runs.machines import drawn_for, margin_limits
 from hfc_design.search.loop import STRATEGIES
@@ -363,9 +363,9 @@ class Problem:
 
     def _linear(self, individual: Population, chosen: Integers | None = None) -> Linear | None:
         """Return the tracking error linearised around an individual; None if it is not finite."""
-        loop, machines, motions, _ = self.parts
-        about = (loop, machines, *motions, self.genome.gains(individual), self._dtype, chosen)
-        error, jacobian = simulate.error_jacobian(*about)
+        loop, machines, (samples,), _ = self.parts
+        about = (loop, machines, samples, self.genome.gains(individual), ("error",))
+        error, jacobian = simulate.jacobians(*about, self._dtype, chosen)["error"]
         finite = np.isfinite(error).all() and np.isfinite(jacobian).all()
         return Linear(error, jacobian, chosen) if finite else None
 
@@ -390,7 +390,7 @@ class Problem:
     def _informed(self, tree: Integers, rng: np.random.Generator) -> Population | None:
         """Return first individuals on the given trees, from laws that are searched or known."""
         laws = self.genome.laws()
-        if laws is not None and worthwhile(self._evaluations):
+        if laws is not None and self._evaluations >= FEWEST:
             of_laws = copy(self)
             of_laws.genome, of_laws.simulated = laws, 0
             whole, law = self.parts.loop.controller, laws.controller()
@@ -423,11 +423,7 @@ def final_problem(scenario: Scenario) -> Problem:
 
 
 def check_memory(scenario: Scenario, design: Design | None = None, at_once: int = 1) -> None:
-    """Refuse a run, or ``at_once`` simultaneous ones, with too little memory.
-
-    Raises:
-        UserError: more memory is needed than there is.
-    """
+    """Refuse a run, or ``at_once`` ones together, if memory is too small for it (UserError)."""
     if design is None:
         with own_code("", *kinds_of(scenario.controller.model_dump())):
             parts = memory.of_search(scenario, genome_of(scenario))

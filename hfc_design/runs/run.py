@@ -74,10 +74,9 @@ def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Sc
     """
     check_polish(scenario)
     if any((folder / name).exists() for name in (CONFIG, CHECKPOINT, DESIGN, FRONT)):
-        raise UserError(
-            f"{option('out', str(folder), 'folder')}: already has a run; name another folder, or "
-            f"continue it: hfc design --resume --out {shlex.quote(folder.as_posix())}"
-        )
+        resume = f"hfc design --resume --out {shlex.quote(folder.as_posix())}"
+        advice = f"name another folder, or continue it: {resume}"
+        raise UserError(f"{option('out', str(folder), 'folder')}: already has a run; {advice}")
 
     def copied(key: str, file: AnyFile) -> Path:
         checkpoint.write_whole(folder / (key + file.suffix), file.read_bytes())
@@ -109,11 +108,7 @@ def begun(folder: Path) -> Iterator[None]:
 
 
 def opened_run(folder: Path) -> Scenario:
-    """Return the scenario of an existing run folder.
-
-    Raises:
-        UserError: there is no run in the folder.
-    """
+    """Return the scenario of an existing run folder; UserError: there is no run in it."""
     if not (folder / CONFIG).is_file():
         place = option("out", str(folder), "folder")
         raise UserError(f"{place}: has no run to resume (no file {CONFIG})")
@@ -215,9 +210,8 @@ def _searched(
 def front_needed(folder: Path, result: Result) -> Front:
     """Return the front of a finished run; UserError: the run has no front, or an empty one."""
     if result.front is None:
-        raise UserError(
-            f"{folder}: has no front; to search for one run hfc design --pareto tracking,effort"
-        )
+        search = "hfc design --pareto tracking,effort"
+        raise UserError(f"{folder}: has no front; to search for one run {search}")
     if not len(result.front.merit):
         raise UserError(f"{folder}: its front is empty, as no design met every constraint")
     return result.front
@@ -266,11 +260,7 @@ def used(scenario: Scenario, result: Result, folder: Path, use: Usable | None = 
 
 
 def kept_use(folder: Path) -> Json | None:
-    """Return the stored usability of a run's design; None if there is none.
-
-    Raises:
-        RunError: the file is damaged.
-    """
+    """Return the stored usability of a run's design, or None; RunError: the file is damaged."""
     return read_numbers(folder / USABLE, UsableFile)
 
 

@@ -65,9 +65,8 @@ def read(
         made_by, arrays = checkpoint.read(path, largest)
         for key, now in needed.items():
             if (was := made_by.get(key)) is None:
-                raise RunError(
-                    f"{path}: is of an old version that does not record its origin{hint}"
-                )
+                old = "is of an old version that does not record its origin"
+                raise RunError(f"{path}: {old}{hint}")
             if was != now:
                 which = f"{short(was, 20)}, here {short(now, 20)}"
                 raise RunError(f"{path}: belongs to a run with another {key} ({which}){hint}")

@@ -40,10 +40,9 @@ def coordinates(genome: Genome, about: Population) -> Coordinates | None:
     if stage is None:
         return None
     start = stage.start
-    tree = about.tree
 
     def members(points: Floats) -> Members:
-        return stage.members(start + points, np.repeat(tree, len(points)))
+        return stage.members(start + points, np.repeat(about.tree, len(points)))
 
     far = np.full(len(start), np.inf)
     return Coordinates(len(start), stage.step, members, (-far, far))
@@ -60,11 +59,9 @@ def _side_by_side(genome: Any, about: Any) -> Coordinates | None:
     ends = np.cumsum([one.size for one in charts])[:-1]
 
     def members(points: Floats) -> Members:
-        parts = zip(charts, np.split(factors * points, ends, axis=1), strict=True)
-        tree = np.repeat(about.tree, len(points))
-        return about._replace(
-            tree=tree, parts=tuple(one.members(part_points) for one, part_points in parts)
-        )
+        pairs = zip(charts, np.split(factors * points, ends, axis=1), strict=True)
+        parts = tuple(one.members(some) for one, some in pairs)
+        return about._replace(tree=np.repeat(about.tree, len(points)), parts=parts)
 
     rooms = zip(*(one.room for one in charts), strict=True)
     low, high = (np.concatenate(room) / factors for room in rooms)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Integers
+from hfc_design.core.numbers import Floats
 
 #: Number of entries of the memory, and spread of the values that are drawn around an entry.
 PLACES, WIDTH = 6, 0.1
@@ -86,8 +86,3 @@ def learnt(points: Points, trials: Trials, gained: Floats) -> Points:
     beaten = np.concatenate([points.beaten, points.places[better]])[-room:]
     places = np.where((gained >= 0.0)[:, None], trials.places, points.places)
     return Points(places, beaten, memory, turn)
-
-
-def fewer(points: Points, survivors: Integers) -> Points:
-    """Reduce the points to the survivors."""
-    return points._replace(places=points.places[survivors])

@@ -40,11 +40,7 @@ SearchSettings = Annotated[
 
 
 def searcher(settings: StrategySettings, task: Task) -> Searcher:
-    """Return a searcher: the strategy that ``settings`` name, at work on a task.
-
-    Raises:
-        UserError: the strategy is a user's own and has an error.
-    """
+    """Return the strategy that ``settings`` name, at work on a task; UserError: it has an error."""
     strategy = STRATEGIES.get(settings.preset)
     with own_code(" cannot search: make", ("strategy", strategy.name)):
         instance = strategy.make(settings, task)
@@ -185,8 +181,7 @@ def _possible(scored: State, empty: Population) -> bool:
 
 def _archived(archive: Archive, population: Population, score: Floats) -> Archive:
     """Return the best individual of every tree, from the archive or from this generation."""
-    both = joined(archive.population, population)
-    scores = np.concatenate([archive.score, score])
-    order = np.lexsort((-scores, both.tree))  # stable: on a tie the older one stays
-    best = order[np.unique(both.tree[order], return_index=True)[1]]
-    return Archive(taken(both, best), scores[best])
+    both = joined(archive, Archive(population, score))
+    tree = both.population.tree
+    order = np.lexsort((-both.score, tree))  # stable: on a tie the older one stays
+    return taken(both, order[np.unique(tree[order], return_index=True)[1]])

@@ -51,9 +51,8 @@ def multistart(
             break
         points = np.stack([drawn(one.distribution, SAMPLES, rng) for one in islands])
         scores = evaluate(points.reshape(-1, points.shape[-1])).reshape(points.shape[:2])
-        tried = Tried(
-            np.concatenate([tried.points, *points]), np.concatenate([tried.score, *scores])
-        )
+        each = zip(tried, (points, scores), strict=True)
+        tried = Tried(*(np.concatenate([before, *more]) for before, more in each))
         for k, one in enumerate(islands):
             learning = learnt(one.distribution, points[k], scores[k])
             islands[k] = one.after(learning, float(scores[k].max()), number)

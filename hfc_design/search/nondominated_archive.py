@@ -1,6 +1,6 @@
 """Individuals with several costs: selection of parents and of the front."""
 
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,20 +28,6 @@ class Front(NamedTuple):
     step: Floats  # (n,) mutation step
 
 
-Each = TypeVar("Each", Judged, Front)
-
-
-def chosen(judged: Each, places: Indices) -> Each:
-    """Return the individuals with the indices ``places``."""
-    return type(judged)(taken(judged[0], places), *(leaf[places] for leaf in judged[1:]))
-
-
-def both(one: Each, other: Each) -> Each:
-    """Join two sets of individuals."""
-    rest = zip(one[1:], other[1:], strict=True)
-    return type(one)(joined(one[0], other[0]), *map(np.concatenate, rest))
-
-
 def best_first(judged: Judged, kinds: Floats | None = None) -> Indices:
     """Return the indices in order; with ``kinds`` (n,): the best of each kind, the second, ...
 
@@ -59,9 +45,9 @@ def best_first(judged: Judged, kinds: Floats | None = None) -> Indices:
 
 def insert(front: Front, children: Judged, most: int) -> Front:
     """Return the front with the children that belong to it, reduced to ``most`` individuals."""
-    new = chosen(children, np.flatnonzero(children.violation == 0.0))
-    merged = both(front, Front(new.population, new.score, new.costs, new.step))
+    new = taken(children, np.flatnonzero(children.violation == 0.0))
+    merged = joined(front, Front(new.population, new.score, new.costs, new.step))
     survivors = np.flatnonzero(~fronts.dominated(merged.costs, merged.costs))
     # Of individuals with equal costs the oldest stays.
     survivors = survivors[np.sort(np.unique(merged.costs[survivors], axis=0, return_index=True)[1])]
-    return chosen(merged, survivors[fronts.spread_out(merged.costs[survivors], most)])
+    return taken(merged, survivors[fronts.spread_out(merged.costs[survivors], most)])

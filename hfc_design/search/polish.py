@@ -114,7 +114,7 @@ def _newton(
     stuck = ((low >= 0.0) & (quadratic.slope > 0.0)) | ((high <= 0.0) & (quadratic.slope < 0.0))
     points, dampings = proposals(quadratic, stuck, done.damping, task.proposed, rng)
     members = here.members(np.clip(points, low, high))
-    place, after = _taken(task, done, members, _screened(task, done, members, rng))
+    place, after, _ = _tried(task, done, members, rng)
     if place is not None:
         return after._replace(damping=float(dampings[place]))
     damping = FAILURE * done.damping
@@ -152,34 +152,29 @@ def _blind(task: Polishable, done: Polished, rng: np.random.Generator) -> Polish
     points = drawn(done.distribution, task.proposed - 1, rng)
     points = np.concatenate([points, done.distribution.mean[None]])
     members = _coordinates(task, done.about).members(points)
-    screened = _screened(task, done, members, rng)
-    after = _taken(task, done, members, screened)[1]
+    _, after, screened = _tried(task, done, members, rng)
     distribution = learnt(done.distribution, points[:-1], screened[1:-1])
     # If there are no derivatives at all, every step is blind.
     left = done.blind - 1 if task.quadratic is not None else done.blind
     return after._replace(distribution=distribution, blind=left)
 
 
-def _screened(
+def _tried(
     task: Polishable, done: Polished, members: Population, rng: np.random.Generator
-) -> Floats:
-    """Return screening values (1 + n,) of the present individual and of ``members``."""
-    return task.screened(joined(done.population, members), rng)
+) -> tuple[int | None, Polished, Floats]:
+    """Return the index of a member that is better than the present one, or None; and the state.
 
-
-def _taken(
-    task: Polishable, done: Polished, members: Population, screened: Floats
-) -> tuple[int | None, Polished]:
-    """Return the index of a member that is better than the present one, or None; and the state."""
+    The last result are screening values (1 + n,) of the present individual and of ``members``.
+    """
+    screened = task.screened(joined(done.population, members), rng)
     order: Integers = np.argsort(-screened[1:], kind="stable")[: task.judged]
     order = order[screened[1:][order] > screened[0]]
     if not len(order):
-        return None, done
+        return None, done, screened
     worth = task.worth(taken(members, order))
     better = (worth >= done.worth).all(axis=1) & (worth > done.worth).any(axis=1)
     if not better.any():
-        return None, done
+        return None, done, screened
     k = int(np.where(better, worth.min(axis=1), -np.inf).argmax())
-    return int(order[k]), done._replace(
-        population=taken(members, order[k : k + 1]), worth=worth[k : k + 1]
-    )
+    after = done._replace(population=taken(members, order[k : k + 1]), worth=worth[k : k + 1])
+    return int(order[k]), after, screened

@@ -329,8 +329,7 @@ def _values(scenario: Scenario, judged: Judged) -> list[dict[str, tuple[Constrai
     values, groups = np.asarray(judged.values), _measured(scenario)
     names = _once(groups)
     columns = dict(zip(names, np.moveaxis(values[..., -len(names) :], -1, 0), strict=True))
-    own = ([(one.metric.name, one) for one in group] for group in groups)
-    return [{name: (one, columns[name]) for name, one in group} for group in own]
+    return [{one.metric.name: (one, columns[one.metric.name]) for one in group} for group in groups]
 
 
 def units(scenario: Scenario) -> dict[str, str]:

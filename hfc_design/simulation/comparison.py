@@ -6,6 +6,7 @@ against every design that is stable, whatever its numbers.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import combinations
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -59,14 +60,11 @@ class DesignStatistics(NamedTuple):
 
     def numbers(self) -> Json:
         """Return the statistics for JSON; None where there is no number."""
-        metrics = {
-            key: {
-                "nominal": self.of_nominal(key),
-                "median": self.quantile(key, HALF),
-                "95_percent": self.quantile(key, NEARLY_ALL),
-            }
-            for key in self.values
-        }
+        metrics = {}
+        for key in self.values:
+            median, most = self.quantile(key, HALF), self.quantile(key, NEARLY_ALL)
+            numbers = {"nominal": self.of_nominal(key), "median": median, "95_percent": most}
+            metrics[key] = numbers
         return {
             "stable_share": float(self.stable.mean()),
             "stable_interval": list(self.interval),
@@ -118,10 +116,9 @@ class MotionComparison(NamedTuple):
         """Return the metrics that are compared, the most important first."""
         if self.scenario is None:  # all motions together have one metric, which is compared
             return list(self.meanings)
-        tolerated = {
-            key: one.rank or LAST for key, (one, _) in tolerated_metrics(self.scenario).items()
-        }
-        ranks = tolerated | {key: one.rank for key, one in table_of(self.scenario).items()}
+        tolerated = tolerated_metrics(self.scenario).items()
+        ranks = {key: one.rank or LAST for key, (one, _) in tolerated}
+        ranks |= {key: one.rank for key, one in table_of(self.scenario).items()}
         compared = [key for key in self.meanings if ranks.get(key)]
         return sorted(compared, key=lambda key: ranks[key])
 
@@ -218,9 +215,8 @@ class Comparison(NamedTuple):
         if motion not in bouts:
             raise UserError(f"motion {short(motion)}: unknown motion; {one_of(motion, bouts)}")
         if metric not in (known := bouts[motion].meanings):
-            raise UserError(
-                f"metric {short(metric)}: unknown metric of {motion}; {one_of(metric, known)}"
-            )
+            unknown = f"unknown metric of {motion}; {one_of(metric, known)}"
+            raise UserError(f"metric {short(metric)}: {unknown}")
         if metric not in (compared := bouts[motion].compared()):
             reason = "is in the tables, but its differences are not tested; tested are"
             raise UserError(f"metric {short(metric)}: {reason} {', '.join(compared)}")
@@ -228,13 +224,10 @@ class Comparison(NamedTuple):
 
     def numbers(self) -> Json:
         """Return the contents of all tables for JSON; None where there is no number."""
-        motions = {
-            bout.name: {
-                "meanings": bout.meanings,
-                "designs": {name: side.numbers() for name, side in bout.sides.items()},
-            }
-            for bout in self.bouts
-        }
+        motions = {}
+        for bout in self.bouts:
+            sides = {name: side.numbers() for name, side in bout.sides.items()}
+            motions[bout.name] = {"meanings": bout.meanings, "designs": sides}
         return {
             "designs": list(self.designs),
             "spread": self.spread,
@@ -335,10 +328,8 @@ def _bout(
             progress(f"{name} in {motion.name}", done + min(chunk, machines))
 
         results[name] = robustness(design, motion, *draw, more, tolerances)
-    each = ("stable", "nominal_stable", "nominal", "values", "ranges")
-    sides = {
-        name: DesignStatistics(*(getattr(x, key) for key in each)) for name, x in results.items()
-    }
+    copied = attrgetter(*DesignStatistics._fields)
+    sides = {name: DesignStatistics(*copied(one)) for name, one in results.items()}
     meanings = next(iter(results.values())).meanings
     return MotionComparison(motion.name, motion, sides, results, meanings)
 
@@ -373,11 +364,8 @@ def _together(bouts: Sequence[MotionComparison]) -> list[MotionComparison]:
     """
     nominal_parameters = [next(iter(bout.results.values())).machines.nominal for bout in bouts]
     key = bouts[0].compared()[0]
-    if (
-        len(bouts) < 2
-        or any(key not in bout.meanings for bout in bouts)
-        or len({*nominal_parameters}) > 1
-    ):
+    alike = len({*nominal_parameters}) == 1 and all(key in bout.meanings for bout in bouts)
+    if len(bouts) < 2 or not alike:
         return []
     steps = [bout.scenario.simulation.steps for bout in bouts if bout.scenario]
     sides = {}

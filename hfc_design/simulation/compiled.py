@@ -106,10 +106,7 @@ def spread(on_device: Any, out: PartitionSpec, specs: Any = (WHOLE, CHUNKS)) -> 
 def trajectories(
     code: Code, own_machine: bool, recorded: int, inputs: Inputs
 ) -> tuple[Judged, Motions, Memory]:
-    """Return the judge's results, recordings and final controller memories for several motions.
-
-    See ``stepping.recorded_motions``.
-    """
+    """Return judge's results, recordings, last memories; see ``stepping.recorded_motions``."""
     return stepping.recorded_motions(joined(code, inputs.numbers), own_machine, recorded, inputs)
 
 

@@ -4,7 +4,7 @@ Functions that make tables of several evaluations come last.
 """
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from itertools import starmap
+from itertools import product, starmap
 from operator import attrgetter
 from types import MappingProxyType
 from typing import NamedTuple
@@ -273,8 +273,8 @@ def _evaluations(
         true = tuple(map(plain, machines.actual))
         parameters = jax.tree.map(lambda leaf, k=k: float(leaf[k]), true)
         moved = jax.tree.map(lambda leaf, k=k: leaf[:, k], motions)
-        own = (loop_machine.axes, loop_machine.drives, parameters, samples.axes, moved)
-        axes = tuple(starmap(AxisMotion, zip(*own, strict=True)))
+        each = (loop_machine.axes, loop_machine.drives, parameters, samples.axes, moved)
+        axes = tuple(starmap(AxisMotion, zip(*each, strict=True)))
         path = _contour(scenario, axes)
         parts = (slice(None), *(window.part(scenario.simulation) for window in scenario.windows))
         values = (value for part in parts for value in _metrics(scenario, axes, path, part))
@@ -304,17 +304,16 @@ def _together(scenario: Scenario, motions: dict[str, Evaluation]) -> Evaluation:
     def mean(merits: list[float]) -> float:
         return float(averaged(np.array([merits]), weights)[0])
 
-    metrics = {
-        f"{_key(name)}_{key}": value
-        for name, one in motions.items()
-        for key, value in one.metrics.items()
-    }
+    metrics: dict[str, float | None] = {}
+    for name, one in motions.items():
+        metrics |= {f"{_key(name)}_{key}": value for key, value in one.metrics.items()}
+    each = [*motions.values()]
     return (lost[0] if lost else first)._replace(
-        fitness=mean([one.fitness for one in motions.values()]),
-        merit=mean([one.merit for one in motions.values()]),
+        fitness=mean([one.fitness for one in each]),
+        merit=mean([one.merit for one in each]),
         metrics=metrics,
         motions=motions,
-        repeats=together([one.repeats for one in motions.values()], weights),
+        repeats=together([one.repeats for one in each], weights),
     )
 
 
@@ -359,20 +358,12 @@ def _table(scenario: Scenario) -> dict[str, Column]:
 def table_of(scenario: Scenario) -> dict[str, Column]:
     """Return the metrics of an evaluation on a scenario by key, those of windows last."""
     if scenario.motions:
-        pairs = zip(scenario.motions, scenario.each_motion(), strict=True)
-        return {
-            f"{_key(motion.name)}_{key}": column._replace(
-                meaning=f"{motion.name}: {column.meaning}"
-            )
-            for motion, alone in pairs
-            for key, column in table_of(alone).items()
-        }
+        names, alone = [one.name for one in scenario.motions], map(table_of, scenario.each_motion())
+        pairs = zip(names, alone, strict=True)
+        return {f"{_key(x)}_{key}": one.of(x) for x, y in pairs for key, one in y.items()}
     whole = _table(scenario)
-    inside = {
-        f"{window.name}_{key}": column._replace(meaning=f"{window.name}: {column.meaning}", rank=0)
-        for window in scenario.windows
-        for key, column in whole.items()
-    }
+    parts = product(scenario.windows, whole.items())
+    inside = {f"{x.name}_{key}": one.of(x.name)._replace(rank=0) for x, (key, one) in parts}
     return whole | inside
 
 
@@ -412,10 +403,8 @@ def score_table(scenario: Scenario, evaluations: Mapping[str, Evaluation]) -> Ta
 
 def first_metrics(scenario: Scenario, evaluation: Evaluation) -> Collection[str]:
     """Return titles of scores and keys of metrics to show: of several motions the first of each."""
-    errors = (
-        f"{name.replace('-', '_')}_{next(iter(one.metrics))}"
-        for name, one in evaluation.motions.items()
-    )
+    each = evaluation.motions.items()
+    errors = (f"{_key(name)}_{next(iter(one.metrics))}" for name, one in each)
     metrics = errors if evaluation.motions else evaluation.metrics
     return [*scenario.judge().titles.values(), *metrics]
 
@@ -458,8 +447,6 @@ def notes(scenario: Scenario, rows: Mapping[str, Evaluation]) -> list[str]:
         if one.chaotic:
             keys = (key for key in scenario.judge().titles if key in one.ranges)
             ranges = [f"{key} ranges from {ends_text(one.ranges[key])}" for key in keys]
-            lines.append(
-                f"{name} is chaotic: {TOLD}, {', '.join(ranges)}; all other figures are "
-                "of the unchanged run"
-            )
+            others = "all other figures are of the unchanged run"
+            lines.append(f"{name} is chaotic: {TOLD}, {', '.join(ranges)}; {others}")
     return lines

@@ -131,16 +131,13 @@ def _motion(code: Code, axes: tuple[int, ...], shared: Any, true: Any, lanes: An
             row = row._replace(axes=tuple(shaken))
             excited = law, tuple(added[k] for k in every_axis)
             after = next_state(loop, nominal, fixed, every, excited, before, row)
-            drives, places = loop.machine.drives, positions(loop, before.states)
-            seen = [drives[k].measured(fixed[k], before.states[k]) for k in axes]
-            signals = zip(
-                *(
-                    (after.commands[k], getattr(state, drives[k].seen[0]), places[k])
-                    for k, state in zip(axes, seen, strict=True)
-                ),
-                strict=True,
-            )
-            return after, tuple(map(jnp.stack, signals))
+            drives, all_places = loop.machine.drives, positions(loop, before.states)
+            states = (drives[k].measured(fixed[k], before.states[k]) for k in axes)
+            pairs = zip(axes, states, strict=True)
+            seen = jnp.stack([getattr(state, drives[k].seen[0]) for k, state in pairs])
+            each = (jnp.stack([x[k] for k in axes]) for x in (after.commands, all_places))
+            command, place = each
+            return after, (command, seen, place)
 
         quiet = law, (0.0,) * len(every_axis)
         return lax.scan(sample, start(loop, fixed, jnp.zeros(()), begin, quiet), (rows, given))[1]

@@ -141,11 +141,7 @@ class Setup(NamedTuple):
 
     @property
     def largest(self) -> float:
-        """The largest command; without a limit, that which the fastest motion needs.
-
-        Raises:
-            UserError: there is neither.
-        """
+        """The largest command; if unlimited, that of the fastest motion; UserError: neither."""
         drive, axis = self.scenario.machine.drives[self.axis], self.scenario.machine.axes[self.axis]
         limit = largest_command(self.scenario.limits.of(axis))
         largest = drive.largest_commands(self.machines.nominal[self.axis], limit)[1]
@@ -242,12 +238,8 @@ def _response(setup: Setup, answers: Answers, size: float, part: slice) -> Frequ
     some: Answers = jax.tree.map(lambda leaf: leaf[part] if leaf.ndim > 1 else leaf, answers)
     units = setup.scenario.units.signals
     with np.errstate(all="ignore"):
-        drive, loop, soft = (
-            some.seen / some.command,
-            -some.answer / some.command,
-            some.moved / some.load,
-        )
-    about = (drive, some.share[0], response_units(units), loop, soft)
+        drive, loop = some.seen / some.command, -some.answer / some.command
+        about = (drive, some.share[0], response_units(units), loop, some.moved / some.load)
     name = f"{setup.name} {three_digits(size)} {units['command']}"
     return FrequencyResponse(name, some.hertz, setup.every, *about)
 

@@ -47,16 +47,13 @@ def taught(
     """
     teacher, scenario = load_design(teacher), load_scenario(scenario).each_motion()[0]
     if scenario.sensors != SensorSettings():
-        raise UserError(
-            f"scenario {scenario.name}: sensors: must be left out for training, as the "
-            "readings of sensors are not recorded"
-        )
+        why = "must be left out for training, as the readings of sensors are not recorded"
+        raise UserError(f"scenario {scenario.name}: sensors: {why}")
     numbers = dict(network) if isinstance(network, dict) else set_keys(network, "network")
     evaluation = evaluate(teacher, scenario)
     if evaluation.diverged:
-        raise UserError(
-            f"design {teacher.name}: diverges on {scenario.name}, so nothing can be learned from it"
-        )
+        fault = f"diverges on {scenario.name}, so nothing can be learned from it"
+        raise UserError(f"design {teacher.name}: {fault}")
     errors = np.stack([axis.sensed()["error"] for axis in evaluation.axes], axis=1)
     commands = np.stack([axis.motion.command for axis in evaluation.axes], axis=1)
     lesson = lesson or Lesson()
@@ -66,9 +63,8 @@ def taught(
     first = begun(before, {"sample_time_s": every, **numbers}, lesson, errors, commands)
     trained_network = trained(first, errors, commands, lesson)
     origin = {"by": teacher.name, "scenario": scenario.name, "samples": errors.size}
-    design = _design(
-        teacher, machine(teacher, scenario), trained_network, {**origin, **lesson._asdict()}
-    )
+    plant, taught = machine(teacher, scenario), {**origin, **lesson._asdict()}
+    design = _design(teacher, plant, trained_network, taught)
     return Taught(design, trained_network, errors.size, evaluation.axes[0].drive.units["command"])
 
 

@@ -38,8 +38,8 @@ def limit_cycles(
     """
     setup = Setup.of(design, scenario, axis, 0.0, 0)
     amplitudes = np.geomspace(*AMPLITUDES) * setup.largest
-    found = _predicted(setup, amplitudes, whole_periods(FREQUENCIES))
-    return [_simulated(setup, _closer(setup, one)) if one.stable else one for one in found]
+    cycles = _predicted(setup, amplitudes, whole_periods(FREQUENCIES))
+    return [_simulated(setup, _closer(setup, one)) if one.stable else one for one in cycles]
 
 
 def _closer(setup: Setup, cycle: LimitCycle) -> LimitCycle:

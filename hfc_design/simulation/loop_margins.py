@@ -295,10 +295,7 @@ class AskedMargins:
         return jax.tree.map(lambda leaf: leaf[lanes < len(self._answers)], every)
 
     def _near(self, gains: Gains) -> tuple[Steady, Controllers, Mask, Any]:
-        """Return machines, controllers, which were found, and poles of the closed loops.
-
-        They are in lanes (individuals x machines).
-        """
+        """Return machines, controllers, which exist, and closed poles, (individuals x machines)."""
         points, count = len(self._machines.exists), jax.tree.leaves(gains)[0].shape[-1]
         every = jax.tree.map(lambda leaf: np.repeat(leaf, points, axis=-1), gains)
         machines: Steady = jax.tree.map(partial(_lanes, count=count), self._machines)
@@ -325,24 +322,24 @@ class AskedMargins:
             others = [np.delete(np.delete(whole, k, -1), k, -2) for k in range(whole.shape[-1])]
             sensitivity = np.stack([np.linalg.det(each) for each in others], axis=-1)
             sensitivity = sensitivity / np.linalg.det(whole)[..., None]
-            found = sampled_margins(self._angles, self._every, sensitivity.swapaxes(1, 2))
-            found |= {
+            values = sampled_margins(self._angles, self._every, sensitivity.swapaxes(1, 2))
+            values |= {
                 "sensitivity": _peaks(np.abs(sensitivity)),
                 "closed_loop_peak": _peaks(np.abs(1.0 - sensitivity)),
                 "compliance": _peaks(np.abs(soft)),
             }
             if self._narrow and known.shape[1] == 1:
                 thin = _thin(machines, controllers, poles)
-                found["sensitivity"] = np.fmax(found["sensitivity"], thin)
+                values["sensitivity"] = np.fmax(values["sensitivity"], thin)
             near = np.tile(self._off[: len(self._answers)] == 0.0, len(whole) // len(self._answers))
             both = {}
             for name, (key, more, _) in ASKED.items():
-                none = np.isnan(found[key]) & (not more)  # a margin without an end is unlimited
-                both[name] = np.where(none, np.inf, found[key])
+                none = np.isnan(values[key]) & (not more)  # a margin without an end is unlimited
+                both[name] = np.where(none, np.inf, values[key])
                 if name in GOALS:
                     both[name] = np.where(near[:, None], both[name], np.nan)
             loop = (1.0 / sensitivity - 1.0).swapaxes(1, 2)  # (lanes, axes, frequencies)
-            both["modes"] = self._swung(loop, found["crossover_hz"])
+            both["modes"] = self._swung(loop, values["crossover_hz"])
         return {name: np.where(known, each, np.nan) for name, each in both.items()}
 
     def _swung(self, loop: Any, crossover: Floats) -> Floats:

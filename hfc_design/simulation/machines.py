@@ -75,11 +75,10 @@ def drawn(
             continue
         refused += 1
         if refused > MAX_DRAWS * samples:
-            message = f"{key} = {spread:g}" if key else option("spread", spread)
-            raise UserError(
-                f"{message}: only {len(accepted) - 1} of {refused + len(accepted) - 1} "
-                f"draws gave a possible {settings.machine.name}; reduce the spread"
-            )
+            setting = f"{key} = {spread:g}" if key else option("spread", spread)
+            few = f"only {len(accepted) - 1} of {refused + len(accepted) - 1} draws gave"
+            possible = f"a possible {settings.machine.name}; reduce the spread"
+            raise UserError(f"{setting}: {few} {possible}")
     true = jax.tree.map(lambda *numbers: np.array(numbers, np.float64), *accepted)
     around = {
         name: _around(name, tolerances[name], (len(drives), samples + 1), [seed, k])

@@ -83,11 +83,7 @@ def check(what: str, parts: Parts, at_once: int = 1) -> None:
 
 
 def size(text: str) -> float:
-    """Return the size in a user's text, such as 8GB [bytes].
-
-    Raises:
-        UserError: the text is not a size.
-    """
+    """Return the size in a user's text, such as 8GB [bytes]; UserError: it is not a size."""
     match = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?) ?([KMGT]?)i?B?", text.strip(), re.I | re.A)
     if not match or not float(match[1]):
         raise UserError(f"{LIMIT} {text[:60]}: must be a size, as in 8GB")
@@ -112,8 +108,8 @@ def _left_by(group: Path, limit: str, used: str, cached: str) -> float:
     bound, now = _text(group / limit).strip(), _text(group / used).strip()
     if not (bound.isdigit() and now.isdigit()):  # "max", or there is no such group
         return np.inf
-    kept = re.search(rf"^{cached} (\d+)$", _text(group / "memory.stat"), re.M)
-    return int(bound) - int(now) + (int(kept[1]) if kept else 0)
+    cache = re.search(rf"^{cached} (\d+)$", _text(group / "memory.stat"), re.M)
+    return int(bound) - int(now) + (int(cache[1]) if cache else 0)
 
 
 def _text(path: Path) -> str:

@@ -119,10 +119,7 @@ class Robustness(NamedTuple):
         metrics = {}
         for key, nominal in self.nominal.items():
             quantiles = zip(QUANTILES, self.quantiles(key), strict=True)
-            statistics = {
-                "nominal": nominal,
-                **{f"q{100 * q:02.0f}": value for q, value in quantiles},
-            }
+            statistics = {"nominal": nominal} | {f"q{100 * q:02.0f}": x for q, x in quantiles}
             metrics[key] = storable(statistics) | {"count": len(self.spread_of(key))}
         return {
             "spread": self.spread,
@@ -240,10 +237,9 @@ def _motions(
         for k, evaluation in enumerate(islice(each, count - start), start):
             reduced = evaluation._replace(time=np.empty(0), axes=(), contour=None)
             if k == 0:  # copied: otherwise it would keep the arrays of the whole chunk in memory
-                axis_copies = (
-                    x._replace(motion=jax.tree.map(np.copy, x.motion)) for x in evaluation.axes
-                )
-                reduced = evaluation._replace(axes=tuple(axis_copies))
+                copies = jax.tree.map(np.copy, [x.motion for x in evaluation.axes])
+                pairs = zip(evaluation.axes, copies, strict=True)
+                reduced = evaluation._replace(axes=tuple(x._replace(motion=y) for x, y in pairs))
             yield reduced, Judged(*(x[0, k - start] for x in judged))
         progress(min(start + size, count), count)
 
@@ -268,16 +264,12 @@ def _check_steps(scenario: Scenario, machines: Machines) -> None:
     """Raise UserError if the integration steps are too long for any of the machines."""
     substeps, drives, needed = scenario.simulation.substeps, scenario.plant.machine.drives, 0
     step = scenario.simulation.sample_time_s / substeps
-    for drive, parameters, happens in zip(
-        drives, machines.actual, scenario.samples().axes, strict=True
-    ):
-        limit = min(
-            drive.fastest(type(parameters)(*row), step) for row in zip(*parameters, strict=True)
-        )
+    each = zip(drives, machines.actual, scenario.samples().axes, strict=True)
+    for drive, parameters, happens in each:
+        rows = (type(parameters)(*row) for row in zip(*parameters, strict=True))
+        limit = min(drive.fastest(row, step) for row in rows)
         speed = np.abs(happens.reference_rate).max() * (1.0 - SAME)
         needed = max(needed, np.ceil(substeps * speed / limit))
     if needed > substeps:
-        raise UserError(
-            f"scenario {scenario.name}: simulation.substeps = {substeps}: must be at "
-            f"least {needed:.0f} for some of these machines"
-        )
+        setting = f"scenario {scenario.name}: simulation.substeps = {substeps}"
+        raise UserError(f"{setting}: must be at least {needed:.0f} for some of these machines")

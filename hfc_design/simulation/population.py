@@ -181,14 +181,6 @@ def _lanes_of(gains: Gains, chosen: Integers) -> Gains:
     return jax.tree.map(lambda leaf: np.take(leaf, chosen, axis=-1), gains)
 
 
-def trajectory(
-    loop: Loop, machines: Machines, samples: Samples, gains: Gains, recorded: int | None = None
-) -> tuple[Judged, Motions]:
-    """Return the judge's results and the movements of one motion, see ``trajectories``."""
-    judged, moved, _ = trajectories(loop, machines, [samples], gains, recorded)[0]
-    return judged, moved
-
-
 def trajectories(
     loop: Loop,
     machines: Machines,
@@ -241,21 +233,6 @@ def largest_signals(
         for name, values in seen.items():
             largest[name] = max(largest.get(name, 0.0), float(np.nanmax(np.abs(values))))
     return largest
-
-
-def error_jacobian(
-    loop: Loop,
-    machines: Machines,
-    samples: Samples,
-    gains: Gains,
-    dtype: DTypeLike = np.float32,
-    chosen: Integers | None = None,
-) -> tuple[Floats, Floats]:
-    """Return the tracking error (steps,) of one individual on the first machine, and a derivative.
-
-    The derivative of the error is (steps, chosen), see ``jacobians``.
-    """
-    return jacobians(loop, machines, samples, gains, ("error",), dtype, chosen)["error"]
 
 
 def jacobians(

@@ -61,10 +61,8 @@ def instabilities(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -
     """
     unsettled, limited, late = np.moveaxis(measured[..., -len(STABILITY) :], -1, 0)
     axes = len(motions[0].plant.machine.axes)  # the share is a mean over axes, the limit for each
-    swings, saturated = (
-        ~(unsettled <= UNSETTLED),
-        ~(limited <= LIMITED / axes * (1.0 + SAME_SINGLE)),
-    )
+    swings = ~(unsettled <= UNSETTLED)
+    saturated = ~(limited <= LIMITED / axes * (1.0 + SAME_SINGLE))
     settles, off = ~(failed | swings | saturated), np.ones_like(failed)
     for k, motion in enumerate(motions):
         largest = largest_reference(motion)
@@ -72,15 +70,8 @@ def instabilities(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -
         multiple = MULTIPLE * late[0, k] if settles[0, k] and not off[0, k] else 0.0
         most = min(max(multiple, _tolerance(motion, largest)), largest)
         off[1:, k] = ~(late[1:, k] <= most)
-    violations = {
-        "diverges": failed,
-        "stays at a limit": saturated,
-        "oscillates": swings,
-        "is far off": off,
-    }
-    return {
-        why: mask & (failed if why == "diverges" else ~failed) for why, mask in violations.items()
-    }
+    others = {"stays at a limit": saturated, "oscillates": swings, "is far off": off}
+    return {"diverges": failed} | {why: mask & ~failed for why, mask in others.items()}
 
 
 def reasons_text(reasons: Mapping[str, int]) -> str:

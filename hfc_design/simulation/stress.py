@@ -178,8 +178,7 @@ def _holding(scenario: Scenario, without: Judged) -> Callable[[Judged], tuple[Ma
 
 def _worth(scenario: Scenario, judged: Judged) -> float:
     """Return the merit of the median machine over all motions."""
-    merits = np.where(judged.failed, -np.inf, judged.merit)
-    return float(np.median(of_all_motions(scenario, merits)))
+    return float(np.median(of_all_motions(scenario, judged.rank)))
 
 
 def longest(scenario: Scenario) -> int:
@@ -312,10 +311,12 @@ def _loads(scenario: Scenario, constant: bool) -> Iterator[Case]:
     shares = sizes / largest if largest else sizes
     words = f"an extra load of {{}} {unit}"
     first = partial(_load_first, scenario)
+
+    def pushed(size: float) -> Applied:
+        return Applied({"load": size * shares}, samples=first)
+
     for sign in (1.0, -1.0) if constant else ():
-        yield Case(
-            words, sign * largest, lambda size: Applied({"load": size * shares}, samples=first)
-        )
+        yield Case(words, sign * largest, pushed)
     step = _other(partial(_stepped, shares=shares.tolist()))
     yield Case(f"a load step of {{}} {unit}", largest, step)
 

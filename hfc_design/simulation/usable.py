@@ -166,13 +166,9 @@ def _gain(
         bad = np.logical_or.reduce([*acceptance.broken_by(scenario, scores).values()])
         return np.asarray(~bad.any(axis=1))
 
-    factor_scores = judged(FACTORS)
-    ranks = np.where(factor_scores.failed, -np.inf, factor_scores.merit)
-    return (
-        merit(scenario, factor_scores.merit),
-        gain_range(passes),
-        Repeats(of_all_motions(scenario, ranks)),
-    )
+    each = judged(FACTORS)
+    repeats = Repeats(of_all_motions(scenario, each.rank))
+    return merit(scenario, each.merit), gain_range(passes), repeats
 
 
 def _finely(design: Design, scenario: Scenario, machines: Machines) -> float | None:
@@ -206,8 +202,7 @@ def gain_range(passes: Callable[[Floats], Mask]) -> tuple[float, float] | None:
         lasts = [int(np.append(some, False).argmin()) - 1 for some in passed]
         pairs = [*zip(grids, lasts, strict=True)]
         ends = [(float(grid[k]), float(grid[min(k + 1, len(grid) - 1)])) for grid, k in pairs]
-        grids = [
-            np.geomspace(*end, len(grid) + 1)[:-1] for grid, end in zip(grids, ends, strict=True)
-        ]
+        counts = [len(grid) for grid in grids]
+        grids = [np.geomspace(*end, n + 1)[:-1] for n, end in zip(counts, ends, strict=True)]
     (high, _), (low, _) = ends
     return low, high

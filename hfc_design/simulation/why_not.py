@@ -14,6 +14,7 @@ from typing import TypeAlias
 
 import jax
 import numpy as np
+from scipy.stats import mannwhitneyu
 
 from hfc_design.core.numbers import Floats, Json, Mask, Parameters
 from hfc_design.core.quantities import WRITTEN
@@ -226,8 +227,6 @@ def _apart(values: Floats, bad: Mask) -> Floats:
 
     0: it may be chance, by a test of ranks (Mann & Whitney 1947) corrected for the number of rows.
     """
-    from scipy.stats import mannwhitneyu
-
     if not len(values) or min(bad.sum(), (~bad).sum()) < FEWEST:
         return np.zeros(len(values))
     ranks = mannwhitneyu(values[:, bad], values[:, ~bad], axis=1)

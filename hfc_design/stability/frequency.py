@@ -4,7 +4,7 @@ Every response is (machines, frequencies), the nominal machine first, at a *sour
 design with one amplitude of its sines. Never imports JAX.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -136,15 +136,11 @@ class FrequencyResponse(NamedTuple):
     def lines(self) -> list[str]:
         """What else the response says, a line each."""
         none = f"no frequency has a coherence of {KNOWN:g} or more"
-        return [
-            *([] if self.known.any() else [none]),
-            *(
-                f"mode at {x.hz:.4g} ± {2 * x.error_hz:.2g} Hz, damping {x.damping:.2g} ± "
-                f"{2 * x.error_damping:.1g} of the critical one (95 %)"
-                for x in self.modes
-            ),
-            *self.notes,
-        ]
+        lines = [] if self.known.any() else [none]
+        for x in self.modes:
+            damping = f"{x.damping:.2g} ± {2 * x.error_damping:.1g} of the critical one (95 %)"
+            lines.append(f"mode at {x.hz:.4g} ± {2 * x.error_hz:.2g} Hz, damping {damping}")
+        return [*lines, *self.notes]
 
     def numbers(self) -> Json:
         """Return all but the single machines, for JSON; angles in degrees."""
@@ -207,11 +203,10 @@ class Frequencies(NamedTuple):
         rows, lines = [], list[str]()
         for one, margins in each:
             known = one.hertz[one.known]
-            row = [one.source, *map(_cell, (known[0], known[-1]) if known.size else (np.nan,) * 2)]
+            row = [one.source, *map(cell, (known[0], known[-1]) if known.size else (np.nan,) * 2)]
             for key in keys:
                 values = margins.get(key, np.array([np.nan]))
-                ends = "..".join(map(_cell, np.quantile(values, ENDS)))
-                row.append(_cell(values[0]) + f"\n{ends}" * (len(values) > 1))
+                row.append(cell(values[0], np.quantile(values, ENDS) if len(values) > 1 else ()))
             rows.append(row)
             lines += [f"{one.source}: {sentence}" for sentence in one.lines]
         most = max(len(one.drive) for one in self.responses) - 1
@@ -225,10 +220,10 @@ class Frequencies(NamedTuple):
         rows = []
         for one in self.cycles or ():
             kind = "predicted" if one.stable else "predicted, unstable: larger ones grow"
-            rows.append([kind, *map(_cell, (one.hz, one.position, one.command))])
+            rows.append([kind, *map(cell, (one.hz, one.position, one.command))])
             if one.stable:
                 remained = (one.simulated_hz, one.simulated_position, one.simulated_command)
-                rows.append(["simulated", *map(_cell, remained)])
+                rows.append(["simulated", *map(cell, remained)])
         return Table(f"{CYCLES}.", head, rows) if rows else text("no limit cycle is predicted")
 
     def figure(self) -> "Figure":
@@ -236,8 +231,10 @@ class Frequencies(NamedTuple):
         return drawn(self.responses)
 
 
-def _cell(value: float) -> str:
-    return f"{value:.3g}" if np.isfinite(value) else MISSING
+def cell(value: float | None, ends: Iterable[float | None] = ()) -> str:
+    """Return the text of a number, above the ``ends`` of its band if there are any."""
+    first = MISSING if value is None or not np.isfinite(value) else f"{value:.3g}"
+    return "\n".join(filter(None, (first, "..".join(map(cell, ends)))))
 
 
 def drawn(responses: Sequence[FrequencyResponse], columns: int = 2) -> "Figure":

@@ -116,25 +116,22 @@ class Margins(NamedTuple):
 
 
 def margins(loop: OpenLoop, every: float) -> Margins:
-    """Return the margins of a loop; if it is unstable, factors that make it stable count too.
-
-    ``every`` is the sample time [s].
-    """
+    """Return margins of a loop, sampled ``every`` [s]; factors that make it stable count too."""
     loop = loop.reduced()
     before, after = loop.poles()
     slowest = float(np.abs(after).max(initial=0.0))
     at = loop.sensitivity()
     angles, s = _looked_at(at, np.concatenate([before, after]), _of_a_loop)
-    found = sampled_margins(angles, every, s)
-    factors = np.array([found["gain_up"], found["gain_down"]])
+    values = sampled_margins(angles, every, s)
+    factors = np.array([values["gain_up"], values["gain_down"]])
     if np.linalg.svd(loop.a - np.eye(len(loop.b)))[1][-1:].sum() > INTEGRATES:
         with np.errstate(divide="ignore"):
             factors = np.append(factors, 1.0 / (1.0 - (1.0 / at(np.zeros(1))).real))
     factors = factors[(factors > 1.0 / NO_MARGIN) & (factors < NO_MARGIN)]
-    found["gain_up"] = factors[factors > 1.0].min(initial=np.inf)
-    found["gain_down"] = factors[factors < 1.0].max(initial=-np.inf)
-    found["delay_ms"] = 1e3 * every * found["delay_samples"]
-    known: Json = {key: float(x) if np.isfinite(x) else None for key, x in found.items()}
+    values["gain_up"] = factors[factors > 1.0].min(initial=np.inf)
+    values["gain_down"] = factors[factors < 1.0].max(initial=-np.inf)
+    values["delay_ms"] = 1e3 * every * values["delay_samples"]
+    known: Json = {key: float(x) if np.isfinite(x) else None for key, x in values.items()}
     return Margins(stable=slowest < 1.0, slowest_pole=slowest, **known)
 
 

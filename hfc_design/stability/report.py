@@ -10,7 +10,7 @@ import numpy as np
 from hfc_design.core.numbers import Json, Parameters
 from hfc_design.core.records import UserError, option
 from hfc_design.core.tables import MISSING, Table, line, table
-from hfc_design.stability.frequency import BANDS, ENDS, FrequencyResponse, drawn
+from hfc_design.stability.frequency import BANDS, ENDS, FrequencyResponse, cell, drawn
 from hfc_design.stability.margins import ASKED, OpenLoop
 
 if TYPE_CHECKING:
@@ -167,14 +167,9 @@ class LoopMargins(NamedTuple):
         hertz = np.geomspace(1e-4, 1.0, FREQUENCIES) / (2.0 * self.sample_time)
         angles, units = 2.0 * np.pi * self.sample_time * hertz, ("", self.units)
         about = hertz, self.sample_time, None, np.ones(FREQUENCIES), units
-        return drawn(
-            [
-                FrequencyResponse(row.name, *about, row.loop.reduced().transfer(angles)[None])
-                for row in self.rows
-                if row.loop is not None
-            ],
-            columns=1,
-        )
+        loops = [(row.name, row.loop.reduced()) for row in self.rows if row.loop is not None]
+        each = [FrequencyResponse(x, *about, loop.transfer(angles)[None]) for x, loop in loops]
+        return drawn(each, columns=1)
 
     @property
     def about(self) -> str:
@@ -191,10 +186,8 @@ class LoopMargins(NamedTuple):
                 rows.append([one.name, *[MISSING] * (len(head) - 1)])
                 continue
             stable = bool(one.numbers["stable"])
-            nominal = [_cell(one.numbers[key]) if stable else MISSING for key in COLUMNS]
-            ends = [one.band.get(key) for key in COLUMNS]
-            bands = ["" if end is None else "\n" + "..".join(map(_cell, end)) for end in ends]
-            cells = [text + band for text, band in zip(nominal, bands, strict=True)]
+            nominal = one.numbers if stable else {}
+            cells = [cell(nominal.get(key), one.band.get(key, ())) for key in COLUMNS]
             rows.append([one.name, "yes" if stable else "no", *cells])
         lines = [f"{one.name}: {one.why}" for one in self.rows if one.why]
         return [Table(self.about, head, rows, lines=lines)]
@@ -218,10 +211,6 @@ def _value(row: At, key: str, more: bool) -> float:
         return inf if more else 0.0
     value = row.numbers[key]
     return inf if value is None else float(value)
-
-
-def _cell(value: float | bool | None) -> str:
-    return MISSING if value is None else f"{value:.3g}"
 
 
 class StableGains(NamedTuple):

@@ -169,10 +169,8 @@ def _checked(
     wrong = np.argwhere(~(np.abs(table) <= LARGEST))
     if len(wrong):
         row, column = wrong[0]
-        raise UserError(
-            f"singleton of row {row + 1}, column {column + 1} = {table[row, column]}: "
-            f"must be between {-LARGEST:g} and {LARGEST:g}"
-        )
+        place = f"row {row + 1}, column {column + 1} = {table[row, column]}"
+        raise UserError(f"singleton of {place}: must be between {-LARGEST:g} and {LARGEST:g}")
     inputs = {"error": error_terms, "change of error": change_terms}
     for name, terms in inputs.items():
         centres = np.array([term[1] for term in terms])
@@ -184,10 +182,8 @@ def _checked(
         for k, (left, centre, right) in enumerate(rounded[-1], 1):
             huge = any(LARGEST < abs(x) < math.inf for x in (left, right))
             if huge or not left < centre < right:
-                raise UserError(
-                    f"term {k} of the {name}: left {left}, centre {centre}, right {right} "
-                    f"must ascend within {-LARGEST:g} and {LARGEST:g}"
-                )
+                edges = f"left {left}, centre {centre}, right {right} must ascend within"
+                raise UserError(f"term {k} of the {name}: {edges} {-LARGEST:g} and {LARGEST:g}")
     return table, rounded[0], rounded[1]
 
 

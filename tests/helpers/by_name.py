@@ -2,6 +2,7 @@
 
 import numpy as np
 from lifted import controller_of
+from populations import trajectory
 
 from hfc_design.controllers.hierarchical.law import LIN_LEE_TERMS
 from hfc_design.files.design import Design
@@ -66,7 +67,7 @@ def replayed(design, scenario):
     scenario = load_scenario(scenario, ["simulation.duration_s=1.0"])
     loop = closed_loop(scenario, controller)
     machines = simulate.one_machine(scenario.plant.values())
-    _, (motion,) = simulate.trajectory(loop, machines, scenario.samples(), gains)
+    _, (motion,) = trajectory(loop, machines, scenario.samples(), gains)
     state = motion.state
     columns = [motion.error, motion.error_rate, state.rotor_angle - state.spindle_angle]
     columns += [state.rotor_velocity - state.spindle_velocity, state.spindle_velocity]

@@ -22,10 +22,16 @@ def prepared(controller, *changes, scenario="c-axis-ramp-cutting", seconds=0.2):
     return closed_loop(found, controller), machines, found.samples()
 
 
+def trajectory(loop, machines, samples, gains, recorded=None):
+    """Results of the judge and movements of one motion, see ``simulate.trajectories``."""
+    judged, moved, _ = simulate.trajectories(loop, machines, [samples], gains, recorded)[0]
+    return judged, moved
+
+
 def simulated(scenario, controller, gains):
     """States (steps, 6, individuals) and the motion, of which the sample at 1 s is the last."""
     parts = prepared(controller, scenario=scenario, seconds=1.001)
-    _, (motion,) = simulate.trajectory(*parts, gains)
+    _, (motion,) = trajectory(*parts, gains)
     return np.stack(motion.state, axis=1), motion
 
 

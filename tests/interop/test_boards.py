@@ -10,7 +10,7 @@ from board_sizes import BUILT, FLOAT, POINTS, SIZES, TABLES, row
 from boards import CORTEX, HERE, UNO, compiled, firmware, stepped, symbols
 from places import ROOT
 
-from hfc_design.controllers.hierarchical.code import lookup
+from hfc_design.controllers.hierarchical.code import tabulated
 from hfc_design.formats import saving
 
 TABULATED = [name for name in BUILT if DESIGNS[name].kind.lookup]
@@ -91,7 +91,7 @@ def test_a_table_needs_no_library(board, name, tmp_path):
     assert not needed
     assert not [x for x in symbols(board, elf) if "exp" in x]
     off, largest = deviation(board, name, elf)
-    named = lookup(DESIGNS[name].controller, POINTS).deviation
+    named = tabulated(DESIGNS[name].controller, POINTS)["deviation"]
     assert 0.1 * named < off < named + 1e-6 * largest
 
 

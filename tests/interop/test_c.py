@@ -12,7 +12,7 @@ from places import ROOT
 from sliding import EVERY
 from wandering import wandering
 
-from hfc_design.controllers.hierarchical.code import lookup
+from hfc_design.controllers.hierarchical.code import tabulated
 from hfc_design.files.design import builtin_designs
 from hfc_design.files.loop_setup import load_design
 from hfc_design.formats import code
@@ -189,7 +189,7 @@ def test_no_globals_no_library(program, name, tmp_path):
 def test_the_lookup_error_that_is_named_is_true(program, name, points, tmp_path):
     """Of what schedules it is that of the factor: of a law of 1 V the command's as well."""
     design = DESIGNS[name]
-    named = lookup(design.controller, points).deviation
+    named = tabulated(design.controller, points)["deviation"]
     found = built(program("gcc"), design, tmp_path / "c", lookup=points)
     samples, expected = far(name)
     off = np.abs(commands(found, samples) - expected).max()

@@ -1,5 +1,6 @@
 """Records of adaptive fuzzy controllers in a design file. Never imports JAX."""
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Annotated, ClassVar, Literal, Self
 
@@ -15,7 +16,7 @@ from hfc_design.controllers.flc.record import FuzzyRecord, FuzzySettings, Triang
 from hfc_design.controllers.flc.rules import RulesRecord
 from hfc_design.controllers.kind import later
 from hfc_design.controllers.neighbours import Partition
-from hfc_design.core.numbers import SCALARS
+from hfc_design.core.numbers import SCALARS, Scalar
 from hfc_design.core.records import TERMS, NotNegative, Positive, Record, UserError
 from hfc_design.stability.sectors import Curve, Rectangle
 
@@ -83,6 +84,7 @@ class AdaptiveDesign(FuzzyRecord):
     """Common base of the two adaptive kinds."""
 
     adapts: ClassVar[bool] = True
+    steps_of_adaptation = ("k_a", "k_b", "k_c")
     error_terms: SevenTerms  # seven triangles of the error, in order
     error_change_terms: SevenTerms  # seven triangles of the error's change, in order
     adaptation: RatesRecord  # step sizes and limits of the adaptation
@@ -115,25 +117,15 @@ class AdaptiveDesign(FuzzyRecord):
         return aflc(self.sample_time_s, limit, self.judge())
 
     def widths(self) -> list[float]:
-        """Return the smallest distances that edges can get from centres, in single precision.
-
-        Raises:
-            UserError: one of these distances can be 0.
-        """
+        """Return the least distances of edges from centres, in float32; UserError: one can be 0."""
         table, rates = self.table(), self.law_gains().rates
         pairs = ((table.error_terms, rates.a_overlap), (table.change_terms, rates.b_overlap))
         wide = [(m, k / 2) for terms, k in pairs if k for _, m, _ in terms]
         near = [(m, m + side * half) for m, half in wide for side in (1, -1)]
         if any(centre == edge for centre, edge in near):
-            raise UserError(
-                "controller.adaptation: an overlap is too small compared with a term's centre"
-            )
+            fault = "an overlap is too small compared with a term's centre"
+            raise UserError(f"controller.adaptation: {fault}")
         return [*export.widths(self), *(export.apart(*pair) for pair in near)]
-
-    def without_adaptation(self) -> Self:
-        """Return the design without adaptation."""
-        steps = self.adaptation.model_copy(update={"k_a": 0.0, "k_b": 0.0, "k_c": 0.0})
-        return self.model_copy(update={"adaptation": steps})
 
     def law_gains(self) -> AdaptiveGains:
         """Return the gains of the design, as those of one individual."""
@@ -158,9 +150,7 @@ class AdaptiveDesign(FuzzyRecord):
         return self.adapted(memory)
 
     def _with(self, base: RuleBase) -> Self:
-        error, change = (
-            [term.label for term in terms] for terms in (self.error_terms, self.error_change_terms)
-        )
+        error, change = export.labels_of(self)
         changes = {
             "error_terms": terms_of(base.error.triangles(), error),
             "error_change_terms": terms_of(base.change.triangles(), change),
@@ -172,13 +162,12 @@ class AdaptiveDesign(FuzzyRecord):
 def _within(terms: Partition) -> Partition:
     """Return the terms; edges that rounding put beyond a neighbour's centre are moved onto it."""
     centres = np.array(terms.centres)
-    clipped = (np.clip(edges, centres[:-1], centres[1:]) for edges in terms[1:])
-    pairs = zip(terms[1:], clipped, strict=True)
-    near = (
-        np.where(np.isclose(clipped_edges, edges, ROUNDING, 0.0), clipped_edges, edges)
-        for edges, clipped_edges in pairs
-    )
-    return Partition(terms.centres, *(edges.tolist() for edges in near))
+
+    def near(edges: Sequence[Scalar]) -> list[float]:
+        clipped = np.clip(edges, centres[:-1], centres[1:])
+        return np.where(np.isclose(clipped, edges, ROUNDING, 0.0), clipped, edges).tolist()
+
+    return Partition(terms.centres, near(terms.rights), near(terms.lefts))
 
 
 class AflcDesign(AdaptiveDesign):
@@ -186,9 +175,9 @@ class AflcDesign(AdaptiveDesign):
 
     kind: Literal["aflc"] = "aflc"
     summary = "flc that adapts its terms and rules within a stable range (Jee & Koren 2004)"
-    settings = later("hfc_design.controllers.aflc.record", "AflcSettings")
-    genome = later("hfc_design.controllers.aflc.genome", "AflcGenome")
-    sections = later("hfc_design.controllers.aflc.section", "sections")
+    settings = later(".record", "AflcSettings")
+    genome = later(".genome", "AflcGenome")
+    sections = later(".section", "sections")
     adaptation: BoundedRatesRecord  # step sizes and limits of the adaptation, JK04 section 4
 
     def table_gains(self) -> dict[str, tuple[float, float]]:

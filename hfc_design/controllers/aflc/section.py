@@ -1,12 +1,10 @@
 """Sections of the report page of an adaptive fuzzy controller."""
 
-from hfc_design.controllers.aflc.law import aflc
 from hfc_design.controllers.aflc.record import AflcDesign
 from hfc_design.controllers.flc import section as flc
 from hfc_design.controllers.flc.record import FuzzyRecord
 from hfc_design.controllers.flc.section import rule_table, terms
-from hfc_design.controllers.kind import ReportContext
-from hfc_design.core.numbers import SCALARS
+from hfc_design.controllers.kind import ReportContext, last_memory
 from hfc_design.plotting.section import Drawing, Section
 
 JUDGES = (
@@ -38,21 +36,9 @@ def sections(record: AflcDesign, shown: ReportContext) -> list[Section]:
 
 
 def at_the_end(record: AflcDesign, shown: ReportContext) -> dict[str, FuzzyRecord]:
-    """Return the adapted controller of each axis at the end of the motion, by the axis' name.
-
-    The law runs again on the measured signals of the axis, which takes about 0.1 ms a sample.
-    """
-    final_records: dict[str, FuzzyRecord] = {}
-    law, gains = aflc(record.sample_time_s, judge=record.judge()), record.law_gains()
-    for axis, signals in (shown.signals or {}).items():
-        memory = law.begun(SCALARS, 0.0, gains)
-        read = {name: signals[name].tolist() for name in record.reads()}
-        for values in zip(*read.values(), strict=True):
-            read_now = dict(zip(read, values, strict=True))
-            _, memory = law.step(SCALARS, gains, memory, read_now)
-        name = axis.upper() if len(shown.machine.axes) > 1 else "the axis"
-        final_records[name] = record.adapted(memory)
-    return final_records
+    """Return the adapted controller of each axis at the end of the motion, by the axis' name."""
+    each = (shown.signals or {}).items()
+    return {shown.called(axis): record.adapted(last_memory(record, x)) for axis, x in each}
 
 
 def _adaptation(record: FuzzyRecord, adapted: dict[str, FuzzyRecord]) -> Section:

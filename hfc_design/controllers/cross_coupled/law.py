@@ -65,11 +65,7 @@ class CrossCoupled(NamedTuple):
         return memory._replace(inner=inner, error=error)
 
     def step(self, xp: Xp, gains: CrossGains, memory: CrossMemory, view: View) -> Stepped:
-        """Return the axis controllers' commands plus feed-forward, corrected along the normal.
-
-        Raises:
-            UserError: the view has no path.
-        """
+        """Return axis commands and feed-forward, corrected along the normal; UserError: no path."""
         if view.path is None:
             raise UserError(NO_PATH)
         inner, inner_memory = self.inner.step(xp, gains.inner, memory.inner, view)

@@ -12,8 +12,6 @@ from hfc_design.controllers.per_axis import OuterDesign, OwnSettings
 from hfc_design.core.numbers import Memory
 from hfc_design.core.records import Finite, Label, Record, UserError
 
-HERE = "hfc_design.controllers.cross_coupled"
-
 
 class ContourRecord(Record):
     """Gains on the contour error; see ``law.CrossGains``."""
@@ -28,9 +26,9 @@ class CrossCoupledDesign(OuterDesign):
 
     kind: Literal["cross-coupled"] = "cross-coupled"
     summary = "axis controllers of any kind plus a PID on the contour error (Koren 1980)"
-    settings = later(f"{HERE}.record", "CrossCoupledSettings")
-    genome = later(HERE, "CrossCoupledGenome")
-    sections = later(f"{HERE}.section", "sections")
+    settings = later(".record", "CrossCoupledSettings")
+    genome = later(".", "CrossCoupledGenome")
+    sections = later(".section", "sections")
     path = True
     contour: ContourRecord  # gains of the controller of the contour error
     #: gain of each axis on the velocity of its reference [command s/error]
@@ -52,11 +50,8 @@ class CrossCoupledDesign(OuterDesign):
 
     def law_gains(self) -> CrossGains:
         """Return the gains of one individual."""
-        inner = self.inner.law_gains()
-        contour_gains = dict(self.contour)
-        return CrossGains(
-            inner, **contour_gains, velocity=tuple(self.feed_forward.values()) or None
-        )
+        velocity = tuple(self.feed_forward.values()) or None
+        return CrossGains(self.inner.law_gains(), **dict(self.contour), velocity=velocity)
 
     def controller(self, limits: Limits) -> CrossCoupled:
         """Return the controller on axes with these limits.
@@ -69,10 +64,8 @@ class CrossCoupledDesign(OuterDesign):
             message = f"needs the two axes of a path in X-Y (got {len(axes)})"
             raise UserError(f"controller.kind = {self.kind!r}: {message}")
         if self.feed_forward and tuple(self.feed_forward) != axes:
-            named = ", ".join(self.feed_forward)
-            raise UserError(
-                f"controller.feed_forward: must name the axes {', '.join(axes)} (got {named})"
-            )
+            needed = f"{', '.join(axes)} (got {', '.join(self.feed_forward)})"
+            raise UserError(f"controller.feed_forward: must name the axes {needed}")
         inner = self.inner.controller_of(limits)
         return CrossCoupled(self.kind, inner, self.sample_time_s, tuple(limits.values()))
 
@@ -93,11 +86,6 @@ class CrossCoupledSettings(GainsSettings):
     own_plants = FEEDS
     kind: Literal["cross-coupled"]
     inner: OwnSettings  # settings of the controllers of the axes
-
-    @property
-    def staged(self) -> bool:
-        """False: strategies that move a distribution cannot search this kind."""
-        return False
 
     def fault(self, target: Target) -> str | None:
         """Return why the search is impossible (path, ranges or inner controllers), or None."""

@@ -11,8 +11,6 @@ from hfc_design.controllers.kind import Limits, Target, later
 from hfc_design.controllers.per_axis import OuterDesign, OwnSettings
 from hfc_design.core.records import Finite, Label, Positive, UserError
 
-HERE = "hfc_design.controllers.dynamic_compensation"
-
 #: Gain of each axis by the axis' name [command / unit of its error].
 Gain = dict[Label, Finite]
 
@@ -22,9 +20,9 @@ class CompensationDesign(OuterDesign):
 
     kind: Literal["dynamic-compensation"] = "dynamic-compensation"
     summary = "any controllers plus a compensation by the length of all errors (Lin & Gai)"
-    settings = later(f"{HERE}.record", "CompensationSettings")
-    genome = later(HERE, "CompensationGenome")
-    sections = later(f"{HERE}.section", "sections")
+    settings = later(".record", "CompensationSettings")
+    genome = later(".", "CompensationGenome")
+    sections = later(".section", "sections")
     k_p: Gain  # gain on the excess of the errors over the dead zone, LG09 eq. 3 [command/error]
     dead_zone: Positive  # e_max: length of all errors up to which nothing is added [error]
     programmed_speed: Positive  # v: speed along the path that the gain refers to [error/s]
@@ -89,11 +87,6 @@ class CompensationSettings(GainsSettings):
     dead_zone: Positive  # e_max: length of all errors up to which nothing is added [error]
     programmed_speed: Positive  # v: speed along the path that the gain refers to [error/s]
     path_axes: tuple[Label, ...] = ()  # axes that make up the speed along the path; none: all
-
-    @property
-    def staged(self) -> bool:
-        """False: strategies that move a distribution cannot search this kind."""
-        return False
 
     def fault(self, target: Target) -> str | None:
         """Return why the search is impossible (axes or inner controllers), or None."""

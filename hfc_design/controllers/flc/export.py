@@ -29,10 +29,8 @@ def units(record: FuzzyRecord) -> list[RuleUnit]:
 
 def plain_unit(record: FuzzyRecord) -> RuleUnit:
     """Return the rule table, with variables named as everywhere in this package."""
-    error, change = (
-        tuple(Triangle(term.label, *term.edges()) for term in terms)
-        for terms in (record.error_terms, record.error_change_terms)
-    )
+    sides = record.sides.values()
+    error, change = (tuple(Triangle(x.label, *x.edges()) for x in terms) for terms in sides)
     return RuleUnit("rules", "error_change", "error", change, error, record.rules.centroids)
 
 
@@ -58,10 +56,8 @@ def notes(record: FuzzyRecord) -> list[str]:
     """Return notes on the units of the signals and on what the rule table does not contain."""
     lines = ["error and error_change in BLU, output in units of the command"]
     if record.adapts:
-        lines.append(
-            f"terms and rules are those from which the adaptation of an {record.kind} "
-            "starts; the adaptation itself is not included"
-        )
+        starts = f"those from which the adaptation of an {record.kind} starts"
+        lines.append(f"terms and rules are {starts}; the adaptation itself is not included")
     elif record.control_form() == "PI":
         lines.append("form PI: the output is the change of the command in a sample")
     return lines
@@ -78,9 +74,9 @@ def tables(record: FuzzyRecord) -> dict[str, Rows]:
     manifest.append([unit, names.error_change, names.error, "rules.csv"])
     if rules.output_terms is not None:
         files["labels.csv"] = rows_of(corner, error, change, rules.labels, str)
-    for key in ("error_terms", "error_change_terms"):
+    for key, terms in record.sides.items():
         rows = [["label", "left_BLU", "centre_BLU", "right_BLU"]]
-        for term in getattr(record, key):
+        for term in terms:
             edges = (term.left, term.centre, term.right)
             rows.append([term.label, *("" if edge is None else repr(edge) for edge in edges)])
         files[f"{key}.csv"] = rows
@@ -89,9 +85,7 @@ def tables(record: FuzzyRecord) -> dict[str, Rows]:
 
 def labels_of(record: FuzzyRecord) -> tuple[list[str], list[str]]:
     """Return the labels of the error's terms, and those of the terms of the change of error."""
-    error, change = (
-        [term.label for term in terms] for terms in (record.error_terms, record.error_change_terms)
-    )
+    error, change = ([term.label for term in terms] for terms in record.sides.values())
     return error, change
 
 

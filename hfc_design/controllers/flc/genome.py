@@ -7,7 +7,7 @@ import jax
 import numpy as np
 
 from hfc_design.controllers.flc.law import FlcGains
-from hfc_design.controllers.flc.record import FuzzySettings, terms_of
+from hfc_design.controllers.flc.record import SIDES, FuzzySettings, terms_of
 from hfc_design.controllers.flc.rules import nearest_labels
 from hfc_design.controllers.genome import Genome, Stage, some, taken
 from hfc_design.controllers.kind import Target
@@ -59,9 +59,8 @@ class FuzzyGenome(Genome):
         drives = list(zip(target.machine.drives, target.parameters, strict=True))
         linear = (drive.linear(parameters) for drive, parameters in drives if drive.linear)
         ranges = (stable_range(k, tau, target.sample_time) for k, tau in linear)
-        commands = (
-            abs(end) for drive, parameters in drives for end in drive.largest_commands(parameters)
-        )
+        ends = (drive.largest_commands(parameters) for drive, parameters in drives)
+        commands = (abs(end) for pair in ends for end in pair)
         limits = (limit for limit in target.limits.values() if limit is not None)
         self.start: Own = settings.start.on(*drives[0])  # a FuzzyRecord of the kind
         self.terms = tuple(map(len, self.start.table()[:2]))  # number of terms: error, change
@@ -136,10 +135,8 @@ class FuzzyGenome(Genome):
 
     def blended(self, one: FuzzyTables, other: FuzzyTables, share: Floats) -> FuzzyTables:
         """Interpolate every number linearly."""
-        arrays = (
-            a + share.reshape(-1, *(1,) * (a.ndim - 1)) * (b - a)
-            for a, b in zip(one[1:], other[1:], strict=True)
-        )
+        pairs = zip(one[1:], other[1:], strict=True)
+        arrays = (a + share.reshape(-1, *(1,) * (a.ndim - 1)) * (b - a) for a, b in pairs)
         return self._allowed(FuzzyTables(one.tree, *arrays))
 
     def nudged(self, population: FuzzyTables, rng: np.random.Generator) -> FuzzyTables:
@@ -174,11 +171,9 @@ class FuzzyGenome(Genome):
 
     def gains(self, population: FuzzyTables) -> Gains:
         """Return the gains of the population for the simulator."""
-        table = self.start.table()
-        given = jax.tree.map(
-            lambda number: np.full(len(population.tree), number),
-            (table.compensation, table.dead_zone),
-        )
+        table, count = self.start.table(), len(population.tree)
+        given = (table.compensation, table.dead_zone)
+        given = jax.tree.map(lambda number: np.full(count, number), given)
         singletons: Any = np.moveaxis(population.singletons, 0, -1)
         error_terms, change_terms = self.triangles(population.joints)
         return FlcGains(error_terms, change_terms, singletons, population.k_i, *given)
@@ -186,8 +181,7 @@ class FuzzyGenome(Genome):
     def record(self, individual: FuzzyTables) -> Json:
         """Return the record of the kind: the start with the searched values replaced."""
         record: Json = self.start.model_dump()
-        keys = ("error_terms", "error_change_terms")
-        for key, terms in zip(keys, self.triangles(individual.joints), strict=True):
+        for key, terms in zip(SIDES, self.triangles(individual.joints), strict=True):
             labels = [term["label"] for term in record[key]]
             record[key] = [term.model_dump() for term in terms_of(terms[..., 0].tolist(), labels)]
         table = individual.singletons[0]

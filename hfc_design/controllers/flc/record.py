@@ -19,12 +19,12 @@ from hfc_design.controllers.kind import (
     controller_named,
     dead_zone_note,
     later,
+    sampled_otherwise,
 )
 from hfc_design.core.numbers import Json, Parameters, Plain, Triangles
 from hfc_design.core.records import Finite, Label, NotNegative, Ordered, Positive, Record
 from hfc_design.stability.sectors import centred, sectors_at_centres, true_sectors
 
-HERE = "hfc_design.controllers.flc"
 Variable = Literal["error", "error_change", "output"]
 
 
@@ -41,9 +41,8 @@ class NamesRecord(Record):
     def _differ(self) -> Self:
         names = [name.casefold() for name in (self.error, self.error_change, self.output)]
         if twice := next((name for name in names if names.count(name) > 1), None):
-            raise ValueError(
-                f"error, error_change and output must have different names (got {twice} twice)"
-            )
+            needed = f"must have different names (got {twice} twice)"
+            raise ValueError(f"error, error_change and output {needed}")
         return self
 
 
@@ -98,6 +97,8 @@ class TriangleRecord(Record):
 
 
 Terms = Annotated[tuple[TriangleRecord, ...], Field(min_length=FEWEST, max_length=MOST)]
+#: Keys of the terms of both inputs, that of the rows of the table first.
+SIDES = ("error_terms", "error_change_terms")
 
 
 def terms_of(triangles: Triangles, labels: Iterable[str]) -> Terms:
@@ -142,26 +143,28 @@ class FuzzyRecord(ControllerRecord):
     ranges: Ranges = Field({}, exclude_if=lambda ranges: not ranges)
     adapts: ClassVar[bool] = False
 
-    rule_base = later(f"{HERE}.export", "RULES")
-    explain = later(f"{HERE}.export", "EXPLAIN")
-    widths = later(f"{HERE}.export", "widths")
-    pictures = later(f"{HERE}.section", "pictures")
-    sections = later(f"{HERE}.section", "table_sections")
+    rule_base = later(".export", "RULES")
+    explain = later(".export", "EXPLAIN")
+    widths = later(".export", "widths")
+    pictures = later(".section", "pictures")
+    sections = later(".section", "table_sections")
 
     @model_validator(mode="after")
     def _has_no_gap(self) -> "FuzzyRecord":
-        for key in ("error_terms", "error_change_terms"):
-            if fault := terms_fault(getattr(self, key)):
+        for key, terms in self.sides.items():
+            if fault := terms_fault(terms):
                 raise ValueError(f"{key}: {fault}")
-        needed = len(self.error_terms), len(self.error_change_terms)
-        if (shape := self.rules.shape()) != needed:
-            rows, columns = needed
-            message = f"has {shape[0]} x {shape[1]} entries"
-            raise ValueError(
-                f"rules.centroids: {message}; {rows} error_terms and {columns} error_change_terms "
-                f"need {rows} x {columns}"
-            )
+        rows, columns = map(len, self.sides.values())
+        if (shape := self.rules.shape()) != (rows, columns):
+            message = f"has {shape[0]} x {shape[1]} entries; {rows} error_terms and {columns}"
+            needed = f"error_change_terms need {rows} x {columns}"
+            raise ValueError(f"rules.centroids: {message} {needed}")
         return self
+
+    @property
+    def sides(self) -> dict[str, Terms]:
+        """Terms of the error and of its change, by their keys."""
+        return {key: getattr(self, key) for key in SIDES}
 
     @classmethod
     def renewed(cls, data: Json, keys: list[str]) -> None:
@@ -197,13 +200,8 @@ class FuzzyRecord(ControllerRecord):
 
     def input_range(self, limit: float | None) -> dict[str, float]:
         """Return ranges: outermost centres [BLU], and the highest compensated velocity [BLU/s]."""
-        ranges = {
-            name: max(abs(term.centre) for term in terms)
-            for name, terms in (
-                ("error", self.error_terms),
-                ("error_change", self.error_change_terms),
-            )
-        }
+        farthest = [max(abs(term.centre) for term in terms) for terms in self.sides.values()]
+        ranges = dict(zip(("error", "error_change"), farthest, strict=True))
         if low := self.low_velocity:
             ranges["velocity"] = low.highest_velocity_mm_s / low.blu_mm
         return ranges
@@ -220,9 +218,10 @@ class FuzzyRecord(ControllerRecord):
 
     def table(self) -> FlcGains:
         """Return the numbers of the fuzzy controller, as those of one individual."""
+        error, change = (tuple(term.edges() for term in x) for x in self.sides.values())
         return FlcGains(
-            tuple(term.edges() for term in self.error_terms),
-            tuple(term.edges() for term in self.error_change_terms),
+            error,
+            change,
             self.rules.centroids,
             self.integral_gain,
             Compensation(**dict(self.low_velocity)) if self.low_velocity else None,
@@ -243,9 +242,9 @@ class FlcDesign(FuzzyRecord):
 
     kind: Literal["flc"] = "flc"
     summary = "two-input fuzzy controller with an integral term (Jee & Koren 1995, 2004)"
-    settings = later(f"{HERE}.record", "FlcSettings")
-    genome = later(f"{HERE}.genome", "FuzzyGenome")
-    sections = later(f"{HERE}.section", "sections")
+    settings = later(".record", "FlcSettings")
+    genome = later(".genome", "FuzzyGenome")
+    sections = later(".section", "sections")
     #: P: the error only; PI: the output of the table is summed; PD: the output is the command
     form: Literal["P", "PI", "PD"] = "PD"
 
@@ -287,9 +286,8 @@ def terms_fault(terms: Terms) -> str | None:
         if right <= left:
             return f"gap between {low.label} (right end {right}) and {high.label} (left end {left})"
         if not (lower <= left and right <= upper):
-            return (
-                f"the edges between {low.label} and {high.label} must not pass the other's centre"
-            )
+            edges = f"the edges between {low.label} and {high.label}"
+            return f"{edges} must not pass the other's centre"
     return None
 
 
@@ -299,11 +297,8 @@ def _labels_fault(labels: list[str]) -> str | None:
         return f"must have the labels {', '.join(LABELS)} in this order"
     folded = [label.casefold() for label in labels]
     twice = next((x for x in labels if folded.count(x.casefold()) > 1), None)
-    return (
-        f"terms must have different names (got {twice} twice, or names that differ only in case)"
-        if twice
-        else None
-    )
+    also = "or names that differ only in case"
+    return f"terms must have different names (got {twice} twice, {also})" if twice else None
 
 
 class FuzzySettings(Ordered, ControllerSettings):
@@ -327,24 +322,16 @@ class FuzzySettings(Ordered, ControllerSettings):
             if drive.linear is None:
                 unfit = f"needs a feed drive (got {drive.name})"
                 return f"controller.kind = {self.kind!r}: {unfit}"
-        if self.start.sample_time_s != target.sample_time:
-            return (
-                "controller.start: must have the sample time simulation.sample_time_s = "
-                f"{target.sample_time} (got {self.start.sample_time_s})"
-            )
-        for key in ("error_terms", "error_change_terms"):
-            terms = getattr(self.start, key)
+        if fault := sampled_otherwise(self.start, target):
+            return fault
+        for key, terms in self.start.sides.items():
             middle = terms[len(terms) // 2]
             if len(terms) % 2 == 0:
-                return (
-                    f"controller.start: must have an odd number of {key}, as a search "
-                    f"keeps the middle one on 0 (got {len(terms)})"
-                )
+                reason = f"as a search keeps the middle one on 0 (got {len(terms)})"
+                return f"controller.start: must have an odd number of {key}, {reason}"
             if middle.centre != 0.0:
-                return (
-                    f"controller.start: {middle.label} of its {key} must be centred on 0, "
-                    f"where a search keeps it (got {middle.centre})"
-                )
+                place = f"on 0, where a search keeps it (got {middle.centre})"
+                return f"controller.start: {middle.label} of its {key} must be centred {place}"
         return None
 
 

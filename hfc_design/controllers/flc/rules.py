@@ -65,9 +65,8 @@ class RulesRecord(Record):
             message = f"must have {needed[0]} entries, like row 0 (got {needed[uneven]})"
             raise ValueError(f"centroids.{uneven}: {message}")
         if rows != needed:
-            raise ValueError(
-                f"labels: must have the shape of centroids, {len(needed)} x {needed[0]}"
-            )
+            shape = f"{len(needed)} x {needed[0]}"
+            raise ValueError(f"labels: must have the shape of centroids, {shape}")
         terms = self.output_terms
         if fault := _unnamed(self.labels, LABELS if terms is None else terms):
             raise ValueError(fault)
@@ -117,11 +116,9 @@ Cell = tuple[float, int, int]
 
 def _text(low: str, higher: Cell, high: str, lower: Cell) -> str:
     (a, i, j), (b, m, n) = higher, lower
-    return (
-        f"labels.{i}.{j} = {low!r} is {a:g} and labels.{m}.{n} = {high!r} is {b:g}: a "
-        "larger label must have a larger centroid; if left out, labels follow from the "
-        "centroids"
-    )
+    pair = f"labels.{i}.{j} = {low!r} is {a:g} and labels.{m}.{n} = {high!r} is {b:g}"
+    needed = "a larger label must have a larger centroid"
+    return f"{pair}: {needed}; if left out, labels follow from the centroids"
 
 
 def _unnamed(labels: Iterable[Iterable[str]], known: Iterable[str]) -> str | None:
@@ -130,9 +127,8 @@ def _unnamed(labels: Iterable[Iterable[str]], known: Iterable[str]) -> str | Non
     for i, row in enumerate(labels):
         for j, label in enumerate(row):
             if label not in names:
-                return (
-                    f"labels.{i}.{j} = {label!r}: unknown output term; {one_of(str(label), names)}"
-                )
+                unknown = f"unknown output term; {one_of(str(label), names)}"
+                return f"labels.{i}.{j} = {label!r}: {unknown}"
     return None
 
 
@@ -148,9 +144,8 @@ def unused_term(rules: Json, keys: Iterable[str]) -> str | None:
     for key in keys:
         _, start, name = key.partition("rules.output_terms.")
         if start and name not in used:
-            return (
-                f"{key}: must be the output term of a rule; {one_of(name, used, 'the rules use')}"
-            )
+            known = one_of(name, used, "the rules use")
+            return f"{key}: must be the output term of a rule; {known}"
     return None
 
 

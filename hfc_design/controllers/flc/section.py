@@ -172,8 +172,7 @@ def terms(record: FuzzyRecord, title: str, before: FuzzyRecord | None = None) ->
     """Draw the terms of the error and of its change; those of ``before`` in grey behind them."""
     labels = (side.label for side in _sides(record))
     panels = []
-    for key, label in zip(("error_terms", "error_change_terms"), labels, strict=True):
-        side_terms: Terms = getattr(record, key)
+    for (key, side_terms), label in zip(record.sides.items(), labels, strict=True):
         span = _ranges(side_terms)
         curves = {term.label: _triangle(term, span) for term in side_terms}
         grey = () if before is None else getattr(before, key)
@@ -208,28 +207,21 @@ def surface(record: FuzzyRecord, title: str) -> Surface:
     said = "change of command" if record.control_form() == "PI" else "command"
     said = called(record.names.output, USUAL.output, said)
     (unit,) = units(record)
-    return Surface(
-        title,
-        unit,
-        change,
-        error,
-        f"{said} [unit]",
-        lambda change, error: commanded(record, error, change),
-    )
+
+    def law(change: Floats, error: Floats) -> Floats:
+        return commanded(record, error, change)
+
+    return Surface(title, unit, change, error, f"{said} [unit]", law)
 
 
 def _sides(record: FuzzyRecord) -> tuple[Side, Side]:
     """Return error and change of error as axes of pictures, with names, units and ranges."""
     names = record.names
-    error, change = _ranges(record.error_terms), _ranges(record.error_change_terms)
-    return (
-        Side(called(names.error, USUAL.error, "error"), "BLU", (-error, error)),
-        Side(
-            called(names.error_change, USUAL.error_change, "change of error"),
-            "BLU per sample",
-            (-change, change),
-        ),
-    )
+    error, change = map(_ranges, record.sides.values())
+    error_name = called(names.error, USUAL.error, "error")
+    change_name = called(names.error_change, USUAL.error_change, "change of error")
+    of_error = Side(error_name, "BLU", (-error, error))
+    return of_error, Side(change_name, "BLU per sample", (-change, change))
 
 
 def _ranges(terms: Terms) -> float:

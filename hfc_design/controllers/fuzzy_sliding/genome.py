@@ -27,10 +27,11 @@ class SlidingGenome(GainsGenome):
         height = float(np.abs(self.start.table()).max()) or 1.0
         about = {"largest_consequent": height, **dict(self.start)}
         about |= {**dict(self.start.sliding), **dict(self.start.adaptation)}
-        self.searched = {
-            name: _range(about[name], factor, settings.ranges.get(name))
-            for name, factor in SEARCHED.items()
-        }
+        self.searched = {}
+        for name, factor in SEARCHED.items():
+            first = about[name]
+            low, high = settings.ranges.get(name) or (first / factor, first * factor)
+            self.searched[name] = Searched(low, high, float(np.clip(first, low, high)))
         #: Consequents (7, 7) of the start, divided by the largest magnitude.
         self.shape: Floats = np.array(self.start.table()) / height
         count = 0 if not settings.consequents else HALF if settings.symmetric else TERMS * TERMS
@@ -53,14 +54,9 @@ class SlidingGenome(GainsGenome):
         places += near * np.concatenate([off, noise], axis=1)
         return GainVectors(tree, np.clip(places, 0.0, 1.0))
 
-    def numbers(self, population: GainVectors) -> dict[str, Floats]:
-        """Return the searched numbers other than the consequents by name, each (n,)."""
-        pairs = zip(self.searched.items(), population.places.T, strict=False)
-        return {name: one.value(place) for (name, one), place in pairs}
-
     def consequents(self, population: GainVectors) -> Floats:
         """Return the initial consequents (7, 7, n) [command]."""
-        height = self.numbers(population)["largest_consequent"]
+        height = self.values(population)["largest_consequent"]
         shares = 2.0 * population.places[:, len(self.searched) :].T - 1.0
         if len(shares) == HALF:
             shares = np.concatenate([shares, np.zeros((1, len(height))), -shares[::-1]])
@@ -70,7 +66,7 @@ class SlidingGenome(GainsGenome):
 
     def gains(self, population: GainVectors) -> SlidingGains:
         """Return the gains of the population for the simulator."""
-        numbers, one = self.numbers(population), np.ones(len(population.tree))
+        numbers, one = self.values(population), np.ones(len(population.tree))
         of_error: Any
         of_error, of_rate = self.start.judge()
         if self.start.adaptation.error_dynamics is None:
@@ -93,7 +89,7 @@ class SlidingGenome(GainsGenome):
 
     def record(self, individual: GainVectors) -> Json:
         """Return the start's record with the searched values; no learned moves, no sample time."""
-        numbers = {name: float(value[0]) for name, value in self.numbers(individual).items()}
+        numbers = {name: float(value[0]) for name, value in self.values(individual).items()}
         record: Json = self.start.model_dump()
         for key in ("largest_error", "largest_error_rate"):
             record[key] = numbers[key]
@@ -103,9 +99,3 @@ class SlidingGenome(GainsGenome):
         record["consequents"] = self.consequents(individual)[..., 0].tolist()
         del record["sample_time_s"]
         return record
-
-
-def _range(start: float, factor: float, user_range: tuple[float, float] | None) -> Searched:
-    """Return a number with the user's range, or from start / factor to start * factor."""
-    low, high = user_range or (start / factor, start * factor)
-    return Searched(low, high, float(np.clip(start, low, high)))

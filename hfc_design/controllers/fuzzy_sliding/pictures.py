@@ -7,11 +7,11 @@ from matplotlib.figure import Figure
 
 from hfc_design.controllers import surfaces
 from hfc_design.controllers.fuzzy_sliding.export import units as rule_units
-from hfc_design.controllers.fuzzy_sliding.law import degrees, sliding
+from hfc_design.controllers.fuzzy_sliding.law import degrees
 from hfc_design.controllers.fuzzy_sliding.record import LABELS, SlidingDesign
-from hfc_design.controllers.kind import ReportContext
+from hfc_design.controllers.kind import ReportContext, memories
 from hfc_design.controllers.surfaces import Side, Surface
-from hfc_design.core.numbers import ARRAYS, SCALARS, Floats
+from hfc_design.core.numbers import ARRAYS, Floats
 from hfc_design.core.records import ZR
 from hfc_design.core.tables import Table
 from hfc_design.plotting.figure import (
@@ -150,20 +150,15 @@ def sections(record: SlidingDesign, shown: ReportContext) -> list[Section]:
     drives = zip(shown.machine.drives, shown.parameters, strict=True)
     limits = [min(map(abs, drive.largest_commands(parameters))) for drive, parameters in drives]
     for limit, (axis, signals) in zip(limits, (shown.signals or {}).items(), strict=False):
-        name = axis.upper() if len(shown.machine.axes) > 1 else "the axis"
-        report.append(_learnt(record, shown, name, learning(record, signals, limit)))
+        motion = learning(record, signals, limit)
+        report.append(_learnt(record, shown, shown.called(axis), motion))
     return report
 
 
 def learning(record: SlidingDesign, signals: dict[str, Floats], limit: float) -> Learning:
     """Return what the rules learn from the signals of an axis with this command limit."""
-    law, gains = sliding(record.sample_time_s, limit), record.law_gains()
-    memory, moves = law.begun(SCALARS, 0.0, gains), []
-    pairs = zip(signals["error"].tolist(), signals["error_rate"].tolist(), strict=True)
-    for error, rate in pairs:
-        moves.append(memory.moves)
-        _, memory = law.step(SCALARS, gains, memory, {"error": error, "error_rate": rate})
-    return Learning(signals["error"], signals["error_rate"], np.array(moves))
+    moves = np.array([memory.moves for memory in memories(record, signals, limit)][:-1])
+    return Learning(signals["error"], signals["error_rate"], moves)
 
 
 def _controller(record: SlidingDesign, shown: ReportContext) -> Section:

@@ -15,12 +15,11 @@ from hfc_design.controllers.kind import (
     Target,
     controller_named,
     later,
+    sampled_otherwise,
 )
 from hfc_design.core.numbers import Floats, each
 from hfc_design.core.records import ZR, Finite, Label, NotNegative, Positive, Record, Rules, ordered
 from hfc_design.core.wording import one_of
-
-HERE = "hfc_design.controllers.fuzzy_sliding"
 
 #: Linguistic labels of LG09 Table 2, negative large to positive large.
 LABELS = ("LN", "MN", "SN", "ZZ", "SP", "MP", "LP")
@@ -45,9 +44,8 @@ class ErrorDynamicsRecord(Record):
     def _is_definite(self) -> Self:
         (a, b), (c, d) = self.weights
         if b != c or not (a > 0.0 and a * d > b * c):
-            raise ValueError(
-                f"weights = [[{a}, {b}], [{c}, {d}]]: must be symmetric and positive definite"
-            )
+            given = f"weights = [[{a}, {b}], [{c}, {d}]]"
+            raise ValueError(f"{given}: must be symmetric and positive definite")
         return self
 
     def last_column(self) -> tuple[float, float]:
@@ -85,12 +83,13 @@ class SlidingDesign(ControllerRecord):
 
     kind: Literal["fuzzy-sliding"] = "fuzzy-sliding"
     summary = "adaptive fuzzy rules plus a sliding mode with a boundary layer (Lin & Gai 2009)"
-    settings = later(f"{HERE}.record", "SlidingSettings")
-    genome = later(f"{HERE}.genome", "SlidingGenome")
-    rule_base = later(f"{HERE}.export", "RULES")
-    explain = later(f"{HERE}.export", "EXPLAIN")
-    pictures = later(f"{HERE}.pictures", "pictures")
-    sections = later(f"{HERE}.pictures", "sections")
+    settings = later(".record", "SlidingSettings")
+    genome = later(".genome", "SlidingGenome")
+    rule_base = later(".export", "RULES")
+    steps_of_adaptation = ("rate",)
+    explain = later(".export", "EXPLAIN")
+    pictures = later(".pictures", "pictures")
+    sections = later(".pictures", "sections")
     largest_error: Positive  # centre of the error's term LP; that of LN is its negative [error]
     largest_error_rate: Positive  # centre of the term LP of the error rate [error/s]
     #: output of each rule [command]; rows: error, columns: its rate, both LN to LP
@@ -159,11 +158,6 @@ class SlidingDesign(ControllerRecord):
         learning = self.adaptation.model_copy(update={"moves": moves})
         return self.model_copy(update={"adaptation": learning})
 
-    def without_adaptation(self) -> Self:
-        """Return the design with learning rate 0; moves learned so far remain."""
-        learning = self.adaptation.model_copy(update={"rate": 0.0})
-        return self.model_copy(update={"adaptation": learning})
-
 
 #: LG09 Table 2 in thirds of LP: rows the error, columns its rate, both LN to LP.
 TABLE_2 = (
@@ -226,28 +220,18 @@ class SlidingSettings(ControllerSettings):
         if self.start is None:
             command, speed = scales(target)
             if not (isfinite(command) and isfinite(speed) and command > 0.0 and speed > 0.0):
-                return (
-                    "controller.start: is missing; without it limits.command and a drive "
-                    "with a known top speed are needed"
-                )
-        elif self.start.sample_time_s != target.sample_time:
-            return (
-                "controller.start: must have the sample time simulation.sample_time_s = "
-                f"{target.sample_time} (got {self.start.sample_time_s})"
-            )
-        return None
+                needed = "limits.command and a drive with a known top speed are needed"
+                return f"controller.start: is missing; without it {needed}"
+        return sampled_otherwise(self.start, target)
 
 
 def scales(target: Target) -> tuple[float, float]:
     """Return the largest command and the largest speed that every axis of a machine reaches."""
     limits = target.limits.values()
     axes = list(zip(target.machine.drives, target.parameters, limits, strict=True))
-    commands = (
-        abs(x)
-        for drive, parameters, limit in axes
-        for x in drive.largest_commands(parameters, limit)
-    )
-    return min(commands), min(float(drive.top_speed(parameters)) for drive, parameters, _ in axes)
+    ends = (drive.largest_commands(parameters, limit) for drive, parameters, limit in axes)
+    speeds = (float(drive.top_speed(parameters)) for drive, parameters, _ in axes)
+    return min(abs(x) for pair in ends for x in pair), min(speeds)
 
 
 def started(target: Target) -> SlidingDesign:
@@ -258,20 +242,12 @@ def started(target: Target) -> SlidingDesign:
     """
     command, speed = scales(target)
     error = speed / GAIN
+    layer, rate = LAYER * GAIN * error, command / (GAIN * error * LEARNING)
     return SlidingDesign(
         sample_time_s=target.sample_time,
         largest_error=error,
         largest_error_rate=speed,
-        consequents=table_2(command),
-        sliding=SurfaceRecord(
-            slope=GAIN, gain=SWITCHING * command, boundary_layer=LAYER * GAIN * error
-        ),
-        adaptation=AdaptationRecord(
-            rate=command / (GAIN * error * LEARNING), largest_move=command / 3.0
-        ),
+        consequents=tuple(tuple(command * third / 3.0 for third in row) for row in TABLE_2),
+        sliding=SurfaceRecord(slope=GAIN, gain=SWITCHING * command, boundary_layer=layer),
+        adaptation=AdaptationRecord(rate=rate, largest_move=command / 3.0),
     )
-
-
-def table_2(height: float) -> Rules:
-    """Return the consequents of LG09 Table 2 with LP = ``height``."""
-    return tuple(tuple(height * third / 3.0 for third in row) for row in TABLE_2)

@@ -71,10 +71,7 @@ class GainsSettings(ControllerSettings):
         return message and f"controller.ranges: {message}"
 
     def lacking(self, plant: str, counted: str) -> str | None:
-        """Return a text on gains without a range for ``plant``, or None.
-
-        ``counted`` is a part of the text: the units of the plant.
-        """
+        """Return a text on gains without a range for ``plant`` (units: ``counted``), or None."""
         missing = [name for name in self.own_ranges._fields if name not in self.ranges]
         if not missing or not self.own_plants or plant in self.own_plants:
             return None

@@ -50,6 +50,9 @@ class Searched(NamedTuple):
 class GainsGenome(Genome):
     """Operations of a search on ``GainVectors``."""
 
+    #: In a subclass: the searched numbers, by name, in the order of the first places.
+    searched: dict[str, Searched]
+
     def __init__(self, settings: GainsSettings, target: Target):
         super().__init__(settings, target)
         self.ranges = settings.searched()
@@ -88,6 +91,11 @@ class GainsGenome(Genome):
             return GainVectors(tree, np.clip(points, 0.0, 1.0))
 
         return Stage(first.places[0], STEP, members)
+
+    def values(self, population: GainVectors) -> dict[str, Floats]:
+        """Return the numbers in ``searched``, each (n,)."""
+        pairs = zip(self.searched.items(), population.places.T, strict=False)
+        return {name: one.value(place) for (name, one), place in pairs}
 
     def gains(self, population: GainVectors) -> Gains:
         """Return the gains as the kind's NamedTuple, each (n,)."""

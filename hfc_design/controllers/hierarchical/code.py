@@ -1,7 +1,6 @@
 """Lookup table of degrees, for processors without ``exp``, and how much it changes the output."""
 
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
@@ -10,40 +9,18 @@ from hfc_design.controllers.hierarchical.record import HierarchicalDesign, layou
 from hfc_design.core.numbers import ARRAYS, Floats, Json
 
 
-class Lookup(NamedTuple):
-    """Lookup table of the degrees in seven terms; linear between points and constant beyond."""
-
-    points: int
-    low: float
-    high: float
-    per_unit: float  # number of points in an interval of length 1
-    table: list[list[float]]  # (points, 7)
-    deviation: float  # largest error found of the quantity ``of``
-    largest: float  # largest magnitude found of the quantity ``of``
-    of: str = "command"
-
-
 def tabulated(design: HierarchicalDesign, points: int) -> Json:
-    """Return by key the law with a lookup table of ``points`` values, and how far it deviates."""
-    lookup_table = lookup(design, points)
-    grid = Grid(lookup_table.low, lookup_table.per_unit, tuple(map(tuple, lookup_table.table)))
-    layout = layout_of(design)._replace(grid=grid)
-    return {
-        "deviation": lookup_table.deviation,
-        "deviates": lookup_table.of,
-        "largest": lookup_table.largest,
-        "law": partial(hierarchical, layout, design.sample_time_s),
-    }
+    """Return by key the law with a lookup table of ``points`` values, and how far it deviates.
 
-
-def lookup(design: HierarchicalDesign, points: int) -> Lookup:
-    """Return the lookup table over all values that a unit of ``design`` can read."""
+    The table covers all values that a unit of ``design`` can read. "deviation" and "largest" are
+    the largest error and the largest magnitude found of the quantity "deviates".
+    """
     read = [0.0, *np.ravel([unit.consequents for unit in design.units[:-1]])]
     low, high = float(min(-1.0, *read)), float(max(1.0, *read))
-    terms = layout_of(design).terms
+    layout = layout_of(design)
 
     def exact(u: Floats) -> list[Floats]:
-        return memberships(ARRAYS, terms, u)
+        return memberships(ARRAYS, layout.terms, u)
 
     table = np.stack(exact(np.linspace(low, high, points)), axis=1)
     per_unit = (points - 1) / (high - low)
@@ -54,9 +31,14 @@ def lookup(design: HierarchicalDesign, points: int) -> Lookup:
         return list((table[k] + (place - k)[:, None] * (table[k + 1] - table[k])).T)
 
     deviation, largest = _largest_deviation(design, exact, between)
-    # If the hierarchy multiplies a law, its output is a factor and no command.
-    of = "factor of the scheduled law" if design.scheduled else "command"
-    return Lookup(points, low, high, per_unit, table.tolist(), deviation, largest, of)
+    grid = Grid(low, per_unit, tuple(map(tuple, table.tolist())))
+    return {
+        "deviation": deviation,
+        # If the hierarchy multiplies a law, its output is a factor and no command.
+        "deviates": "factor of the scheduled law" if design.scheduled else "command",
+        "largest": largest,
+        "law": partial(hierarchical, layout._replace(grid=grid), design.sample_time_s),
+    }
 
 
 def _largest_deviation(

@@ -8,9 +8,10 @@ from hfc_design.controllers.genome import Genome, Space, some, taken
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.law import HierarchicalGains
 from hfc_design.controllers.hierarchical.record import HierarchicalSettings, bounds_of
-from hfc_design.controllers.hierarchical.seed_laws import SeedLaws, laws_for
+from hfc_design.controllers.hierarchical.seed_laws import SeedLaws
 from hfc_design.controllers.kind import Target
 from hfc_design.core.numbers import Floats, Integers, Json
+from hfc_design.core.records import UserError
 
 
 class Hierarchies(NamedTuple):
@@ -67,8 +68,11 @@ class HierarchicalGenome(Genome):
         )
 
     def laws(self) -> SeedLaws | None:
-        """Return the simple laws to start from; None if none is found for the nominal drive."""
-        return laws_for(self)
+        """Return simple laws; None if the nominal drive is not linearised or has no regulator."""
+        try:
+            return SeedLaws(self)
+        except UserError:
+            return None
 
     def informed(self, tree: Integers, rng: np.random.Generator) -> Hierarchies | None:
         """Return individuals that approximate random simple laws; None if ``laws`` returns None."""

@@ -191,13 +191,11 @@ def averaged(xp: Xp, consequents: RuleTable, in_column: Degrees, in_row: Degrees
     The output is the average of the singletons, weighted by the products of the degrees. It is 0
     if no rule fires: if an input is so far outside [-1, 1] that every degree rounds to 0.
     """
-    weighted = xp.total(
-        xp.along(
-            lambda degree, row: degree * xp.total(xp.along(mul, in_column, row)),
-            in_row,
-            consequents,
-        )
-    )
+
+    def weigh(degree: Scalar, row: Sequence[Scalar]) -> Scalar:
+        return degree * xp.total(xp.along(mul, in_column, row))
+
+    weighted = xp.total(xp.along(weigh, in_row, consequents))
     firing = xp.total(in_column) * xp.total(in_row)
     # The division comes last: the compiler computes a quotient once, but computes the result of a
     # ``where`` again in every expression that uses it.

@@ -107,19 +107,15 @@ class LinearHierarchyGenome(Genome):
         """Return stage 0 (weights), 1 (gains) or 2 (gains, scales and tables), near ``about``."""
         if number == 0 or about is None:
             return Stage(self.regulator.empty().places[0], STEP, self.regulated)
-        around = about
+        around, gains, everything = about, 2 + about.linear.shape[1], number > 1
 
-        def free(points: Floats, tree: Integers) -> LinearHierarchies:
-            return self.moved(around, tree, points, None)
+        def members(points: Floats, tree: Integers) -> LinearHierarchies:
+            return self.moved(around, tree, points, points[:, gains:] if everything else None)
 
-        def everything(points: Floats, tree: Integers) -> LinearHierarchies:
-            return self.moved(around, tree, points, points[:, 2 + around.linear.shape[1] :])
-
-        gains = np.zeros(2 + about.linear.shape[1])
-        if number == 1:
-            return Stage(gains, FREE, free)
+        if not everything:
+            return Stage(np.zeros(gains), FREE, members)
         further = about.fuzzy.scales[0].size + about.fuzzy.consequents[0].size
-        return Stage(np.zeros(len(gains) + further), EVERYTHING, everything)
+        return Stage(np.zeros(gains + further), EVERYTHING, members)
 
     def gains(self, population: LinearHierarchies) -> HierarchicalGains:
         """Return the gains of the population for ``simulate``."""

@@ -85,9 +85,7 @@ def terms(record: HierarchicalDesign) -> Figure:
     grid = np.linspace(-BEYOND, BEYOND, 4 * units.POINTS + 1)
     values = np.union1d(grid, [term.centre for term in unit_terms])  # where they are highest
     degrees = memberships(ARRAYS, unit_terms, values)
-    curves = {
-        term.label: (values, membership)
-        for term, membership in zip(unit_terms, degrees, strict=True)
-    }
+    pairs = zip(unit_terms, degrees, strict=True)
+    curves = {term.label: (values, membership) for term, membership in pairs}
     panel = Panel("input of a unit, scaled [1]", (-BEYOND, BEYOND), curves)
     return drawn_terms([panel], "terms of every unit")

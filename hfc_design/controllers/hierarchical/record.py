@@ -21,12 +21,7 @@ from hfc_design.controllers.hierarchical.law import (
 )
 from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.controllers.hierarchical.tree import MAX_INPUTS, notation, reachable
-from hfc_design.controllers.kind import (
-    ControllerSettings,
-    Target,
-    input_ranges,
-    later,
-)
+from hfc_design.controllers.kind import ControllerSettings, Target, input_ranges, later
 from hfc_design.controllers.linear.record import (
     FILTERS,
     FeedForwardRecord,
@@ -41,8 +36,6 @@ from hfc_design.controllers.linear.record import (
 from hfc_design.core.numbers import each
 from hfc_design.core.records import TERMS, Finite, Label, NotNegative, Positive, Record, Rules
 from hfc_design.core.wording import one_of
-
-HERE = "hfc_design.controllers.hierarchical"
 
 
 class PdRecord(Record):
@@ -115,10 +108,8 @@ def _with_error_scale(described: Any) -> Any:
     adaptation, names = described.adaptation, [item.name for item in described.inputs]
     some = getattr(described, "used", None)
     if adaptation and adaptation.error_scale is None and (some or "error" not in names):
-        raise ValueError(
-            "adaptation.error_scale: is missing; it may be left out only if an input named error "
-            "is always read"
-        )
+        unless = "it may be left out only if an input named error is always read"
+        raise ValueError(f"adaptation.error_scale: is missing; {unless}")
     return described
 
 
@@ -127,15 +118,15 @@ class HierarchicalDesign(FilteredRecord):
 
     kind: Literal["pd+hierarchical-fuzzy"] = "pd+hierarchical-fuzzy"
     summary = "PD plus a hierarchy of two-input fuzzy units (Lin & Lee 1999)"
-    settings = later(f"{HERE}.record", "HierarchicalSettings")
-    genome = later(f"{HERE}.scheduled_genome", "genome_of")
-    units_that_matter = later(f"{HERE}.units", "units_that_matter")
-    reads = later(f"{HERE}.rules", "reads")
-    rule_base = later(f"{HERE}.rules", "RULES")
-    explain = later(f"{HERE}.rules", "EXPLAIN")
-    lookup = later(f"{HERE}.code", "tabulated")
-    pictures = later(f"{HERE}.pictures", "pictures")
-    sections = later(f"{HERE}.section", "sections")
+    settings = later(".record", "HierarchicalSettings")
+    genome = later(".scheduled_genome", "genome_of")
+    units_that_matter = later(".units", "units_that_matter")
+    reads = later(".rules", "reads")
+    rule_base = later(".rules", "RULES")
+    explain = later(".rules", "EXPLAIN")
+    lookup = later(".code", "tabulated")
+    pictures = later(".pictures", "pictures")
+    sections = later(".section", "sections")
     pd: PdRecord  # gains of the PD, LL eq. 6
     #: further linear gains in addition to kp and kd; left out: only a PD
     linear: LinearRecord | None = Field(None, exclude_if=not_)
@@ -177,16 +168,13 @@ class HierarchicalDesign(FilteredRecord):
         for unit in self.units:
             for source in (unit.column_input, unit.row_input):
                 if source not in waiting:
-                    raise ValueError(
-                        f"units: unit {unit.id} reads {source!r}, which must be an input "
-                        "or an earlier unit that no other unit reads"
-                    )
+                    needed = "must be an input or an earlier unit that no other unit reads"
+                    raise ValueError(f"units: unit {unit.id} reads {source!r}, which {needed}")
                 waiting.remove(source)
             waiting.append(f"unit-{unit.id}")
         if lost := [x for x in waiting[:-1] if x.startswith("unit-")]:  # inputs may be unread
-            raise ValueError(
-                f"units: must all be read, except the root; nothing reads {', '.join(lost)}"
-            )
+            unread = f"nothing reads {', '.join(lost)}"
+            raise ValueError(f"units: must all be read, except the root; {unread}")
         return self
 
     _can_adapt = model_validator(mode="after")(_with_error_scale)
@@ -260,26 +248,24 @@ class HierarchicalDesign(FilteredRecord):
     def connecting(self) -> list[str]:
         """Return notes on filtering and on previous readings kept inside the controller."""
         names = [item.name for item in self.inputs if item.name.startswith(PREVIOUS)]
-        notes = ["`error_rate` is not filtered inside."]
-        description = (
-            "is that of the previous sample, and remembered inside: nothing needs to be connected."
-        )
-        return [*notes, *(f"`{name}` {description}" for name in names)]
+        before = "is that of the previous sample, and remembered inside"
+        notes = [f"`{name}` {before}: nothing needs to be connected." for name in names]
+        return ["`error_rate` is not filtered inside.", *notes]
 
     @property
     def linear_part(self) -> LinearDesign | None:
         """Linear part with kp and kd, as a controller of its own; None if there is only a PD."""
-        own = {key: getattr(self, key) for names in FILTERS.values() for key in names}
-        return self._alone("linear part", self.linear, self.pd, **own) if self.linear else None
+        filters = {key: getattr(self, key) for names in FILTERS.values() for key in names}
+        return self._alone("linear part", self.linear, self.pd, **filters) if self.linear else None
 
     @property
     def scheduled_part(self) -> LinearDesign | None:
         """Law that the root's output multiplies, as a controller of its own; None: no such law."""
         return self._alone("scheduled part", self.scheduled) if self.scheduled else None
 
-    def _alone(self, kind: str, *records: Record, **own: Any) -> LinearDesign:
+    def _alone(self, kind: str, *records: Record, **filters: Any) -> LinearDesign:
         data = {key: x for one in records for key, x in one.model_dump().items()}
-        return LinearDesign(kind=kind, sample_time_s=self.sample_time_s, **data, **own)
+        return LinearDesign(kind=kind, sample_time_s=self.sample_time_s, **data, **filters)
 
 
 class HierarchicalSettings(ControllerSettings):
@@ -327,10 +313,8 @@ class HierarchicalSettings(ControllerSettings):
             known = input_names(drive.inputs)
             for name in names:
                 if name not in known:
-                    return (
-                        f"controller.inputs: {name!r}: unknown signal of the "
-                        f"{drive.name}; {one_of(name, known)}"
-                    )
+                    unknown = f"unknown signal of the {drive.name}; {one_of(name, known)}"
+                    return f"controller.inputs: {name!r}: {unknown}"
                 if names.count(name) > 1:
                     return f"controller.inputs: {name!r} is listed twice"
         return None

@@ -2,38 +2,29 @@
 
 import math
 
+from hfc_design.controllers import rules
 from hfc_design.controllers.hierarchical.law import PREVIOUS, HierarchicalMemory, HierarchyParts
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign, InputRecord, TermRecord
 from hfc_design.controllers.kind import Explain
 from hfc_design.controllers.linear.code import about as linear_about
 from hfc_design.controllers.linear.code import shares as linear_shares
 from hfc_design.controllers.linear.law import AHEAD, ERRORS
-from hfc_design.controllers.rules import (
-    FlatGaussian,
-    Rows,
-    RuleBase,
-    RuleUnit,
-    fired,
-    identifier,
-    rows_of,
-    side,
-)
 from hfc_design.core.numbers import Json
 
 
-def units(record: HierarchicalDesign) -> list[RuleUnit]:
+def units(record: HierarchicalDesign) -> list[rules.RuleUnit]:
     """Return the units, which read inputs clamped to [-1, 1]; the root is as adapted so far."""
     terms = tuple(map(_flat, record.terms))
     rule_units = []
     for unit, table in zip(record.units, record.tables(), strict=True):
-        column, row = identifier(unit.column_input), identifier(unit.row_input)
-        rule_units.append(RuleUnit(f"unit_{unit.id}", column, row, terms, terms, table))
+        column, row = rules.identifier(unit.column_input), rules.identifier(unit.row_input)
+        rule_units.append(rules.RuleUnit(f"unit_{unit.id}", column, row, terms, terms, table))
     return rule_units
 
 
-def _flat(term: TermRecord) -> FlatGaussian:
+def _flat(term: TermRecord) -> rules.FlatGaussian:
     low, high = term.centre - term.half_width, term.centre + term.half_width
-    return FlatGaussian(term.label, low, high, 1.0 / math.sqrt(2.0 * term.rate))
+    return rules.FlatGaussian(term.label, low, high, 1.0 / math.sqrt(2.0 * term.rate))
 
 
 def inputs(record: HierarchicalDesign) -> list[str]:
@@ -45,31 +36,25 @@ def about(record: HierarchicalDesign, signal_units: dict[str, str]) -> Json:
     """Return by key the inputs with scales and limits, the output's scale and the linear gains."""
     root = f"unit_{record.units[-1].id}"
     part, scheduled = record.linear_part, record.scheduled_part
-    return {
+    whole: Json = {
         "inputs": [_input(item, signal_units) for item in record.inputs],
         "output": root,
         "output_scale": record.output_scale,
         "kp": record.pd.kp,
         "kd": record.pd.kd,
-        **({"linear": linear_about(part, signal_units)} if part else {}),
-        **(
-            {
-                "scheduled": {
-                    "kp": scheduled.kp,
-                    "kd": scheduled.kd,
-                    **linear_about(scheduled, signal_units),
-                }
-            }
-            if scheduled
-            else {}
-        ),
     }
+    if part:
+        whole["linear"] = linear_about(part, signal_units)
+    if scheduled:
+        gains = {"kp": scheduled.kp, "kd": scheduled.kd}
+        whole["scheduled"] = gains | linear_about(scheduled, signal_units)
+    return whole
 
 
 def _input(item: InputRecord, signal_units: dict[str, str]) -> Json:
     signal = item.name.removeprefix(PREVIOUS)
     return {
-        "name": identifier(item.name),
+        "name": rules.identifier(item.name),
         "signal": signal,
         "signal_unit": signal_units.get(signal, ""),
         "samples_ago": int(item.name.startswith(PREVIOUS)),
@@ -92,7 +77,7 @@ def notes(record: HierarchicalDesign) -> list[str]:
     return lines
 
 
-def tables(record: HierarchicalDesign) -> dict[str, Rows]:
+def tables(record: HierarchicalDesign) -> dict[str, rules.Rows]:
     """Return the rows of ``unit-N.csv``, one file for each unit N, and of ``manifest.csv``."""
     labels = [term.label for term in record.terms]
     manifest = [["unit", "column_input", "row_input", "file"]]
@@ -100,7 +85,7 @@ def tables(record: HierarchicalDesign) -> dict[str, Rows]:
     for unit, table in zip(record.units, record.tables(), strict=True):
         name = f"unit-{unit.id}.csv"
         corner = f"row {unit.row_input} \\ column {unit.column_input}"
-        files[name] = rows_of(corner, labels, labels, table)
+        files[name] = rules.rows_of(corner, labels, labels, table)
         manifest.append([f"unit-{unit.id}", unit.column_input, unit.row_input, name])
     return files | {"manifest.csv": manifest}
 
@@ -127,33 +112,24 @@ def remember(memory: HierarchicalMemory, readings: dict[str, float]) -> Hierarch
 def shown(record: HierarchicalDesign, parts: HierarchyParts) -> Json:
     """Return by key the inputs, the units with fired rules, and the parts of a sample's command."""
     labels = [term.label for term in record.terms]
-    scaled_inputs = [
-        {"name": item.name, "reading": reading, "scale": item.scale, "scaled": u}
-        for item, reading, u in zip(record.inputs, parts.readings, parts.scaled, strict=True)
-    ]
+    each = zip(record.inputs, parts.readings, parts.scaled, strict=True)
+    scaled = [{"name": x.name, "reading": y, "scale": x.scale, "scaled": u} for x, y, u in each]
     units = []
     for unit, firing in zip(record.units, parts.units, strict=True):
-        column = side(unit.column_input, firing.column, labels, firing.in_column)
-        row = side(unit.row_input, firing.row, labels, firing.in_row)
-        units.append(fired(f"unit-{unit.id}", column, row, firing.table, firing.output))
+        column = rules.side(unit.column_input, firing.column, labels, firing.in_column)
+        row = rules.side(unit.row_input, firing.row, labels, firing.in_row)
+        units.append(rules.fired(f"unit-{unit.id}", column, row, firing.table, firing.output))
     shares = {key: float(getattr(parts, key)) for key in ("proportional", "derivative")}
     if (part := record.linear_part) and parts.linear:
         shares = linear_shares(part, parts.linear)
     shares["fuzzy"] = float(parts.fuzzy)
-    breakdown = {
-        "inputs": scaled_inputs,
-        "units": units,
-        "output_scale": record.output_scale,
-        "parts": shares,
-    }
+    whole: Json = {"inputs": scaled, "units": units, "output_scale": record.output_scale}
+    whole["parts"] = shares
     if (scheduled := record.scheduled_part) and parts.scheduled:
-        breakdown["scheduled"] = {
-            key: x
-            for key, x in linear_shares(scheduled, parts.scheduled).items()
-            if key != "integral"
-        }
-    return breakdown
+        whole["scheduled"] = linear_shares(scheduled, parts.scheduled)
+        del whole["scheduled"]["integral"]
+    return whole
 
 
-RULES = RuleBase(units, inputs, about, notes, tables)
+RULES = rules.RuleBase(units, inputs, about, notes, tables)
 EXPLAIN = Explain(signals, remember, shown)

@@ -131,9 +131,8 @@ class ScheduledGenome(Genome):
 
         def all_of_it(points: Floats, tree: Integers) -> ScheduledHierarchies:
             first = self.on_one.moved(around.first, tree, points, points[:, 2 * size :])
-            return ScheduledHierarchies(
-                tree, first, _scaled(around.second, points[:, size : 2 * size])
-            )
+            second = _scaled(around.second, points[:, size : 2 * size])
+            return ScheduledHierarchies(tree, first, second)
 
         fuzzy = around.first.fuzzy
         further = fuzzy.scales[0].size + fuzzy.consequents[0].size

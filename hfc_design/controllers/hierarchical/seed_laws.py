@@ -18,7 +18,6 @@ from hfc_design.controllers.linear.law import ERRORS
 from hfc_design.controllers.linear.lq_genome import LqGenome
 from hfc_design.controllers.linear.record import LqrSettings
 from hfc_design.core.numbers import Floats, Integers, Memory, Scalar, Xp, clipped, total
-from hfc_design.core.records import UserError
 from hfc_design.stability.nominal import nominal
 
 #: Sums of the slopes of an inner unit, in shares of its largest consequent: values tried in first
@@ -66,11 +65,7 @@ class Structure(NamedTuple):
 
 
 class SeedLaws:
-    """Operations of a search on ``Laws``.
-
-    Raises:
-        UserError: the drive cannot be linearised, or no regulator of it was found.
-    """
+    """Operations of a search on ``Laws``; UserError: the drive is not linearised or regulated."""
 
     def __init__(self, genome: Any):
         self.genome = genome  # the ``HierarchicalGenome`` of the tables
@@ -188,14 +183,6 @@ class SeedLaws:
         return type(genome.empty())(tree, gains, scales, limited)
 
 
-def laws_for(genome: Any) -> SeedLaws | None:
-    """Return the simple laws; None if the nominal drive is not linearised or has no regulator."""
-    try:
-        return SeedLaws(genome)
-    except UserError:
-        return None
-
-
 def _memory(law: AxisLaw, zero: Scalar) -> tuple[Memory, ...]:
     """Return the memory before the first sample: every velocity is zero."""
     return tuple(zero for _ in law.structure.velocities)
@@ -211,9 +198,8 @@ def _sample(
     pairs = zip(structure.velocities, now, memory, strict=True)
     count = max(len(now), 1)
     changes = [factor / count * gains.change * (new - old) for (_, factor), new, old in pairs]
-    bent = clipped(
-        xp, total([gains.constant, *fed, *changes]), -structure.largest, structure.largest
-    )
+    largest, whole = structure.largest, total([gains.constant, *fed, *changes])
+    bent = clipped(xp, whole, -largest, largest)
     return gains.kp * signals["error"] + gains.kd * signals["error_rate"] + bent, now, None
 
 

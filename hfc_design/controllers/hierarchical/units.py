@@ -5,6 +5,7 @@ from functools import cache, partial
 from typing import Any
 
 import numpy as np
+from scipy.stats import qmc
 
 from hfc_design.controllers.hierarchical.law import HierarchicalGains, Layout, memberships, outputs
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign, layout_of
@@ -30,13 +31,9 @@ def units_that_matter(record: HierarchicalDesign, gains: HierarchicalGains) -> I
     points = _universe(len(layout.inputs))
     known = {"error": gains.kp, "error_rate": gains.kd}
     base = known if gains.linear is None else _gains_of(layout.linear, gains.linear)
-    scheduled_gains = gains.scheduled
-    scheduled = (
-        1.0
-        if scheduled_gains is None
-        else _said(layout, gains, _gains_of(layout.scheduled, scheduled_gains))
-    )
-    factor = layout.output_scale * scheduled
+    factor: Any = layout.output_scale
+    if gains.scheduled is not None:
+        factor = factor * _said(layout, gains, _gains_of(layout.scheduled, gains.scheduled))
     root = _root(layout, gains, points)
     size = np.sqrt(np.square(_said(layout, gains, base) + factor * root).mean(axis=0))
     counts = np.zeros(root.shape[1], np.int64)
@@ -52,8 +49,6 @@ def units_that_matter(record: HierarchicalDesign, gains: HierarchicalGains) -> I
 @cache
 def _universe(inputs: int) -> Floats:
     """Return Sobol points (inputs, POINTS, 1) in [-1, 1]; they are the same in every search."""
-    from scipy.stats import qmc  # which takes a while to import
-
     points = 2.0 * qmc.Sobol(inputs, scramble=False).random(POINTS) - 1.0
     return np.asarray(points.T[:, :, None])
 
@@ -77,11 +72,8 @@ def _gains_of(law: Structure | None, gains: LinearGains) -> dict[str, Any]:
     """Return the gains of a linear law by signal, feed-forward of velocity and acceleration too."""
     signals = () if gains.signals is None else gains.signals
     names = law.signals if law else ()
-    by_signal = {
-        "error": gains.kp,
-        "error_rate": gains.kd,
-        **dict(zip(names, signals, strict=True)),
-    }
+    by_signal = {"error": gains.kp, "error_rate": gains.kd}
+    by_signal |= dict(zip(names, signals, strict=True))
     for name, gain in zip(AHEAD, (gains.velocity, gains.acceleration), strict=True):
         by_signal[name] = by_signal.get(name, 0.0) + gain
     return by_signal

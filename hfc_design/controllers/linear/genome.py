@@ -71,7 +71,7 @@ class LinearGenome(GainsGenome):
             if name in settings.filters and "hz" in name and high * self.every >= 0.5:
                 raise UserError(f"controller.ranges.{name}: must be below half the sampling rate")
             searched[name] = Searched(low, high, float(np.clip(searched[name].start, low, high)))
-        self.searched: dict[str, Searched] = searched
+        self.searched = searched
         self.ranges = tuple(searched)  # names of the searched numbers
 
     def _prepare(self) -> None:
@@ -124,11 +124,6 @@ class LinearGenome(GainsGenome):
         values = self.designed(np.array([speed]))
         return {name: float(value[0]) for name, value in values.items()}
 
-    def values(self, population: GainVectors) -> dict[str, Floats]:
-        """Return the searched numbers, each (n,)."""
-        pairs = zip(self.searched.items(), population.places.T, strict=True)
-        return {name: one.value(place) for (name, one), place in pairs}
-
     def gains(self, population: GainVectors) -> LinearGains:
         """Return the gains of the law, each (n,)."""
         values = self.values(population)
@@ -153,10 +148,9 @@ class LinearGenome(GainsGenome):
     def record(self, individual: GainVectors) -> Json:
         """Return the record of the kind and its gains, without the sample time."""
         gains = self.gains(individual)
-        own = {name: getattr(gains, name) for name in ("kp", "kd")}
-        keys = ("derivative_hz", *FILTERED)
-        own |= {key: x for key, x in self.values(individual).items() if key in keys}
-        numbers = {name: float(x[0]) for name, x in own.items()}
+        keys, values = ("derivative_hz", *FILTERED), self.values(individual).items()
+        arrays = {"kp": gains.kp, "kd": gains.kd} | {key: x for key, x in values if key in keys}
+        numbers = {name: float(x[0]) for name, x in arrays.items()}
         return {"kind": self.settings.kind, **numbers, **self.linear_record(gains)}
 
     def linear_record(self, gains: LinearGains) -> Json:
@@ -166,11 +160,15 @@ class LinearGenome(GainsGenome):
         if expected:
             forward |= {"load": float(gains.load[0]) / expected, "expected_load": expected}
         rows = () if gains.signals is None else gains.signals[:, 0]
+        pairs = zip(self.settings.load_frequencies_rad_s, gains.resonators, strict=True)
         return {
             "ki": float(gains.ki[0]),
             "signals": dict(zip(self.signals, map(float, rows), strict=True)),
             "feed_forward": forward | {"coulomb_width": float(gains.width[0])},
-            "resonators": resonators_of(self.settings.load_frequencies_rad_s, gains.resonators),
+            "resonators": [
+                {"frequency_rad_s": x, "in_phase": float(along[0]), "quadrature": float(ahead[0])}
+                for x, (along, ahead) in pairs
+            ],
         }
 
 
@@ -246,11 +244,3 @@ class PidGenome(LinearGenome):
             gain = values[name] * frequency * values["kp"] * turn
             feedback |= {name: gain.real, name + BEHIND: gain.imag}
         return feedback
-
-
-def resonators_of(frequencies: tuple[float, ...], gains: Floats | tuple[()]) -> list[Json]:
-    """Return resonators of a design file from one individual's gains (frequencies, 2, 1)."""
-    return [
-        {"frequency_rad_s": x, "in_phase": float(along[0]), "quadrature": float(ahead[0])}
-        for x, (along, ahead) in zip(frequencies, gains, strict=True)
-    ]

@@ -29,8 +29,6 @@ from hfc_design.core.numbers import Floats, Json
 from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record, ordered
 from hfc_design.core.wording import one_of
 
-HERE = "hfc_design.controllers.linear"
-
 #: Feed-forward gains, each searched as a multiple of the nominal drive's need.
 MULTIPLES = ("velocity", "acceleration", "coulomb", "load")
 #: Names of the multiples among the searched numbers.
@@ -107,9 +105,8 @@ class FeedForwardRecord(Record):
     @model_validator(mode="after")
     def _has_a_width(self) -> "FeedForwardRecord":
         if self.coulomb and self.coulomb_width is None:
-            raise ValueError(
-                "coulomb_width: is missing, the speed at which coulomb reaches its full value"
-            )
+            meaning = "the speed at which coulomb reaches its full value"
+            raise ValueError(f"coulomb_width: is missing, {meaning}")
         return self
 
 
@@ -172,8 +169,8 @@ class LinearDesign(FilteredRecord):
     feed_forward: FeedForwardRecord = FeedForwardRecord()  # feed-forward gains
     resonators: Resonators = Field((), exclude_if=not_)  # one for each frequency of a periodic load
 
-    explain = later(f"{HERE}.code", "EXPLAIN")
-    sections = later(f"{HERE}.section", "sections")
+    explain = later(".code", "EXPLAIN")
+    sections = later(".section", "sections")
 
     _signals_fit = model_validator(mode="after")(with_own_signals)
 
@@ -252,8 +249,8 @@ class PidDesign(LinearDesign):
 
     kind: Literal["pid+ff"] = "pid+ff"
     summary = "PID with filter and feed-forward"
-    settings = later(f"{HERE}.record", "PidSettings")
-    genome = later(f"{HERE}.genome", "PidGenome")
+    settings = later(".record", "PidSettings")
+    genome = later(".genome", "PidGenome")
 
 
 class WeightedDesign(LinearDesign):
@@ -261,7 +258,7 @@ class WeightedDesign(LinearDesign):
 
     #: command that costs as much as a unit of the signal [command/signal]; for information only
     weights: dict[Label, NotNegative] = {}
-    genome = later(f"{HERE}.lq_genome", "LqGenome")
+    genome = later(".lq_genome", "LqGenome")
 
 
 class LqrDesign(WeightedDesign):
@@ -269,7 +266,7 @@ class LqrDesign(WeightedDesign):
 
     kind: Literal["lqr"] = "lqr"
     summary = "optimal state feedback with feed-forward"
-    settings = later(f"{HERE}.record", "LqrSettings")
+    settings = later(".record", "LqrSettings")
 
 
 class LqiDesign(WeightedDesign):
@@ -277,7 +274,7 @@ class LqiDesign(WeightedDesign):
 
     kind: Literal["lqi"] = "lqi"
     summary = "optimal state feedback with integral and feed-forward"
-    settings = later(f"{HERE}.record", "LqiSettings")
+    settings = later(".record", "LqiSettings")
 
 
 class LinearSettings(ControllerSettings):

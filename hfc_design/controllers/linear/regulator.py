@@ -82,23 +82,17 @@ def measured(model: Nominal, names: Sequence[str] | None, drive_name: str) -> Me
             rows.append(row)
             independent.append(name)
         elif names and name in names:
-            raise UserError(
-                f"controller.signals: {name!r} of the {drive_name} is a combination of "
-                "the others; leave it out"
-            )
+            fault = f"{name!r} of the {drive_name} is a combination of the others"
+            raise UserError(f"controller.signals: {fault}; leave it out")
     seen = np.array(rows)
     rest = np.linalg.svd(seen)[2][len(seen) :]
     turn = np.concatenate([seen, rest])
     a, b = turn @ model.a @ np.linalg.inv(turn), turn @ model.b
     here, there = slice(len(seen)), slice(len(seen), None)
-    settled = np.linalg.solve(
-        np.eye(len(rest)) - a[there, there], np.column_stack([a[there, here], b[there]])
-    )
-    a, b = (
-        a[here, here] + a[here, there] @ settled[:, :-1],
-        b[here] + a[here, there] @ settled[:, -1],
-    )
-    return Measured(tuple(independent), a, b)
+    driven, rests = np.column_stack([a[there, here], b[there]]), a[here, there]
+    settled = np.linalg.solve(np.eye(len(rest)) - a[there, there], driven)
+    whole = a[here, here] + rests @ settled[:, :-1], b[here] + rests @ settled[:, -1]
+    return Measured(tuple(independent), *whole)
 
 
 def regulators(model: Measured, weights: Floats, scale: Floats | None = None) -> Floats:

@@ -16,6 +16,7 @@ from hfc_design.controllers.kind import (
     controller_named,
     input_ranges,
     later,
+    sampled_otherwise,
 )
 from hfc_design.controllers.neural.law import (
     NeuralGains,
@@ -29,8 +30,6 @@ from hfc_design.controllers.neural.law import (
 from hfc_design.core.arguments import check_positive, check_whole
 from hfc_design.core.numbers import SCALARS, Floats, Json, each
 from hfc_design.core.records import Finite, Positive, Record, UserError, checked, either, option
-
-HERE = "hfc_design.controllers.neural"
 
 INPUTS = 2  # error and its change
 #: Largest number of hidden units: their loop is unrolled, so that more take minutes to compile.
@@ -52,10 +51,8 @@ class WeightsRecord(Record):
     def _fit(self) -> "WeightsRecord":
         units, count = len(self.hidden), len(self.output)
         if count != units + 1:
-            message = (
-                f"must have {units + 1} numbers, one per hidden unit and a threshold (got {count})"
-            )
-            raise ValueError(f"output: {message}")
+            needed = f"{units + 1} numbers, one per hidden unit and a threshold"
+            raise ValueError(f"output: must have {needed} (got {count})")
         return self
 
 
@@ -64,10 +61,10 @@ class NeuralDesign(ControllerRecord):
 
     kind: Literal["neural"] = "neural"
     summary = "a network trained off line on another controller, then on line (Huang et al.)"
-    settings = later(f"{HERE}.record", "NeuralSettings")
-    genome = later(HERE, "NeuralGenome")
-    pictures = later(f"{HERE}.section", "pictures")
-    sections = later(f"{HERE}.section", "sections")
+    settings = later(".record", "NeuralSettings")
+    genome = later(".", "NeuralGenome")
+    pictures = later(".section", "pictures")
+    sections = later(".section", "sections")
     weights: WeightsRecord  # initial weights of the network
     error_unit: Positive  # error that the network reads as 1 [error]
     change_unit: Positive  # change of the error in a sample that the network reads as 1 [error]
@@ -124,10 +121,8 @@ def _rows(layer: Any) -> tuple[tuple[float, ...], ...]:
 def drawn(hidden: int, seed: int) -> WeightsRecord:
     """Return random weights of an untrained network, uniform between -1 and 1."""
     random = np.random.default_rng(seed)
-    layers = random.uniform(-1.0, 1.0, (hidden, INPUTS + 1)), random.uniform(-1.0, 1.0, hidden + 1)
-    return WeightsRecord.model_validate(
-        {"hidden": _rows(layers[0].tolist()), "output": tuple(layers[1].tolist())}
-    )
+    first, second = (random.uniform(-1.0, 1.0, x) for x in ((hidden, INPUTS + 1), hidden + 1))
+    return WeightsRecord(hidden=_rows(first.tolist()), output=tuple(second.tolist()))
 
 
 #: Search ranges on a milling table: errors in mm and commands in V.
@@ -152,12 +147,7 @@ class NeuralSettings(GainsSettings):
 
     def fault(self, target: Target) -> str | None:
         """Return why the search is impossible (sample time or ranges), or None."""
-        if self.start is not None and self.start.sample_time_s != target.sample_time:
-            return (
-                "controller.start: must have the sample time simulation.sample_time_s = "
-                f"{target.sample_time} (got {self.start.sample_time_s})"
-            )
-        return super().fault(target)
+        return sampled_otherwise(self.start, target) or super().fault(target)
 
     def weights(self) -> WeightsRecord:
         """Return the initial weights of every individual."""

@@ -3,16 +3,13 @@
 from functools import partial
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from hfc_design.controllers.kind import ReportContext
-from hfc_design.controllers.neural.law import neural
+from hfc_design.controllers.kind import ReportContext, last_memory
 from hfc_design.controllers.neural.record import NeuralDesign, command, inputs_of
-from hfc_design.core.numbers import SCALARS, Floats
+from hfc_design.controllers.surfaces import Side
+from hfc_design.core.numbers import Floats
 from hfc_design.core.tables import Table
 from hfc_design.plotting import units
-from hfc_design.plotting.figure import STRIP, colour_strip, framed
 from hfc_design.plotting.numbers import readable
 from hfc_design.plotting.section import Drawing, Drawn, Section
 from plants import Drive
@@ -21,8 +18,8 @@ ABOUT = (
     "A network reads the error of its axis and the change of that since the last sample, and gives "
     "the command. On line it learns from every sample by back-propagation."
 )
-#: Points of a picture along each side; end of the inputs' range if no motion gives one.
-POINTS, REACH = 61, 10.0
+#: End of the range of the inputs if no motion gives one.
+REACH = 10.0
 
 
 def sections(record: NeuralDesign, shown: ReportContext) -> list[Section]:
@@ -49,34 +46,18 @@ def sections(record: NeuralDesign, shown: ReportContext) -> list[Section]:
 
 def at_the_end(record: NeuralDesign, shown: ReportContext) -> dict[str, NeuralDesign]:
     """Return {axis: the network that has learned in the motion}; {} if none can learn."""
-    designs = {}
-    each, gains = shown.signals or {}, record.law_gains()
+    each = shown.signals or {}
     limits = shown.largest or (None,) * len(each)
-    for (axis, signals), limit in zip(each.items(), limits, strict=True):
-        law = neural(record.network(), record.sample_time_s, limit)
-        memory = law.initial_memory(0.0)
-        for error in signals["error"].tolist():
-            _, memory = law.step(SCALARS, gains, memory, {"error": error})
-        if (after := record.adapted(memory)) is not None:
-            designs[axis] = after
-    return designs
+    pairs = zip(each.items(), limits, strict=True)
+    designs = {x: record.adapted(last_memory(record, y, limit)) for (x, y), limit in pairs}
+    return {axis: after for axis, after in designs.items() if after is not None}
 
 
 def pictures(record: NeuralDesign, drive: Drive) -> dict[str, dict[str, Drawn]]:
     """Return pictures for ``hfc plot``: the command over the inputs, without later learning."""
-    inputs = np.linspace(-REACH, REACH, units.POINTS)
-    values = command(record, np.stack(np.meshgrid(inputs, inputs), axis=-1))
-    sizes = {"error": record.error_unit, "change of the error in a sample": record.change_unit}
-    sides = {}
-    for name, size in sizes.items():
-        factor, unit = readable(drive.units["error"], REACH * size)
-        sides[f"{name} [{unit}]"] = factor * size * inputs
-    (x_label, x), (y_label, y) = sides.items()
-    label = f"command [{drive.units['command']}]"
-    return {
-        what: {"network": partial(draw, x, y, values, (x_label, y_label), "network", label)}
-        for what, draw in (("surface", units.surface), ("surface-3d", units.solid))
-    }
+    about = _surface(record, np.array([REACH, REACH]), drive.units, "network")
+    draws = {"surface": units.surface, "surface-3d": units.solid}
+    return {what: {"network": partial(draw, *about)} for what, draw in draws.items()}
 
 
 def _ranges(record: NeuralDesign, shown: ReportContext) -> Floats:
@@ -92,24 +73,27 @@ def _drawing(
     record: NeuralDesign, input_limits: Floats, which: str, shown: ReportContext
 ) -> Drawing:
     unit = shown.units["command"]
-    figure = framed(3.6, top=0.35, right=STRIP)
-    _map(figure, figure.subplots(), record, input_limits, shown)
-    figure.axes[0].set_title(f"network {which}", fontsize=11)
     return Drawing(
-        figure,
+        units.surface(*_surface(record, input_limits, shown.units, f"network {which}")),
         f"Heat map of the command of the network {which}",
         f"Command [{unit}] of the network {which}, over the error and its change in a sample.",
     )
 
 
-def _map(
-    figure: Figure, axes: Axes, record: NeuralDesign, input_limits: Floats, shown: ReportContext
-) -> None:
-    e, ce = (np.linspace(-far, far, POINTS) for far in input_limits)
-    values = command(record, np.stack(np.meshgrid(e, ce), axis=-1))
-    limit = float(np.abs(values).max()) or 1.0
-    position = shown.units["error"]
-    places = e * record.error_unit, ce * record.change_unit
-    mesh = axes.pcolormesh(*places, values, cmap="RdBu_r", vmin=-limit, vmax=limit)
-    axes.set(xlabel=f"error [{position}]", ylabel=f"change of the error [{position}]")
-    colour_strip(figure, axes, mesh, f"command [{shown.units['command']}]")
+def _surface(
+    record: NeuralDesign, input_limits: Floats, drive_units: dict[str, str], title: str
+) -> tuple[Floats, Floats, Floats, tuple[str, str], str, str]:
+    """Return the arguments of ``units.surface``: the command over inputs up to their limits."""
+    sizes = {"error": record.error_unit, "change of the error in a sample": record.change_unit}
+    sides = []
+    for (name, size), largest in zip(sizes.items(), input_limits.tolist(), strict=True):
+        factor, unit = readable(drive_units["error"], size * largest)
+        end = factor * size * largest
+        sides.append(Side(name, unit, (-end, end), 1.0 / (factor * size)))
+    x, y = sides
+    inputs = np.meshgrid(x.enters * x.points, y.enters * y.points)
+    values, label = (
+        command(record, np.stack(inputs, axis=-1)),
+        f"command [{drive_units['command']}]",
+    )
+    return x.points, y.points, values, (x.label, y.label), title, label

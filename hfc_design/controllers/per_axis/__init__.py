@@ -32,10 +32,14 @@ OwnSettings = Annotated[SerializeAsAny[ControllerSettings], chosen(kinds, "setti
 def sampled_alike(key: str, part: ControllerRecord, sample_time: float) -> None:
     """Check that the inner controller under ``key`` has this sample time; else ValueError."""
     if part.sample_time_s != sample_time:
-        setting = f"{key}.sample_time_s = {part.sample_time_s}"
-        raise ValueError(
-            f"{setting}: must be the sample time of the whole controller, {sample_time}"
-        )
+        needed = f"must be the sample time of the whole controller, {sample_time}"
+        raise ValueError(f"{key}.sample_time_s = {part.sample_time_s}: {needed}")
+
+
+def _timed(data: Json, part: Plain) -> Plain:
+    """Return the data of an inner controller with the sample time of the whole, if it has none."""
+    every = {key: data[key] for key in ("sample_time_s",) if key in data}
+    return every | part if isinstance(part, dict) else part
 
 
 class PerAxisDesign(ControllerRecord):
@@ -43,8 +47,8 @@ class PerAxisDesign(ControllerRecord):
 
     kind: Literal["per-axis"] = "per-axis"
     summary = "a separate controller for every axis of a machine"
-    settings = later(__name__, "PerAxisSettings")
-    genome = later(__name__, "PerAxisGenome")
+    settings = later(".", "PerAxisSettings")
+    genome = later(".", "PerAxisGenome")
     no_rules = INSIDE
     #: controller of each axis by its name
     axes: Annotated[dict[Label, OwnRecord], Field(min_length=1)]
@@ -56,11 +60,8 @@ class PerAxisDesign(ControllerRecord):
         for axis, axis_data in axes.items() if isinstance(axes, dict) else ():
             start = f"axes.{axis}."
             axis_keys = [key.removeprefix(start) for key in keys if key.startswith(start)]
-            if (
-                axis_keys
-                and isinstance(axis_data, dict)
-                and axis_data.get("kind") in kinds().names()
-            ):
+            known = isinstance(axis_data, dict) and axis_data.get("kind") in kinds().names()
+            if axis_keys and known:
                 try:
                     kinds().get(axis_data["kind"]).record.renewed(axis_data, axis_keys)
                 except ValueError as error:
@@ -72,12 +73,7 @@ class PerAxisDesign(ControllerRecord):
         """Return the data with the common sample time in each axis that has none."""
         if not isinstance(data, dict) or not isinstance(data.get("axes"), dict):
             return data
-        every = {key: data[key] for key in ("sample_time_s",) if key in data}
-        axes = {
-            k: every | axis_data if isinstance(axis_data, dict) else axis_data
-            for k, axis_data in data["axes"].items()
-        }
-        return data | {"axes": axes}
+        return data | {"axes": {axis: _timed(data, x) for axis, x in data["axes"].items()}}
 
     @model_validator(mode="after")
     def _steps_at_once(self) -> "PerAxisDesign":
@@ -100,9 +96,8 @@ class PerAxisDesign(ControllerRecord):
             UserError: the machine has other axes, or another order of them.
         """
         if tuple(self.axes) != tuple(limits):
-            raise UserError(
-                f"controller.axes: must be {', '.join(limits)} (got {', '.join(self.axes)})"
-            )
+            got = f"(got {', '.join(self.axes)})"
+            raise UserError(f"controller.axes: must be {', '.join(limits)} {got}")
         laws = (design.law(limits[axis]) for axis, design in self.axes.items())
         return PerAxis("per-axis", tuple(laws), own_gains=True)
 
@@ -118,10 +113,8 @@ class PerAxisDesign(ControllerRecord):
         """Return the sections of all axes; titles begin with the name of the axis."""
         sections = []
         for axis, design in self.axes.items():
-            axis_sections = design.sections(shown.of(axis))
-            sections += [
-                section._replace(title=f"{axis}: {section.title}") for section in axis_sections
-            ]
+            each = design.sections(shown.of(axis))
+            sections += [one._replace(title=f"{axis}: {one.title}") for one in each]
         return sections
 
     def structure(self) -> str:
@@ -161,8 +154,7 @@ class OuterDesign(ControllerRecord):
         """Return the data with the common sample time in an inner controller that has none."""
         if not isinstance(data, dict) or not isinstance(data.get("inner"), dict):
             return data
-        every = {key: data[key] for key in ("sample_time_s",) if key in data}
-        return data | {"inner": every | data["inner"]}
+        return data | {"inner": _timed(data, data["inner"])}
 
     @model_validator(mode="after")
     def _steps_at_once(self) -> "OuterDesign":
@@ -218,11 +210,7 @@ class PerAxisSettings(ControllerSettings):
 
 
 class PerAxisGenome(ProductGenome):
-    """Genome with one part for each axis.
-
-    Raises:
-        UserError: the axes have too many structures together.
-    """
+    """Genome with one part for each axis; UserError: too many structures together."""
 
     def __init__(self, settings: PerAxisSettings, target: Target):
         axis_settings = enumerate(settings.axes.values())

@@ -16,7 +16,6 @@ Table = Annotated[tuple[Row, ...], Field(min_length=SETS, max_length=SETS)]
 #: Table of an untrained controller.
 EMPTY: Table = ((0.0,) * SETS,) * SETS
 
-HERE = "hfc_design.controllers.soc"
 #: Search ranges for a milling table with errors in mm and commands in V.
 RANGES = SocGains((2.0, 100.0), (5.0, 300.0), (0.2, 20.0), (0.02, 0.9), (0.1, 0.9))
 
@@ -44,9 +43,10 @@ class SocDesign(ControllerRecord):
         "it learns its rules in the loop, which that format cannot represent; use c, "
         "fmu or linuxcnc"
     )
-    explain = later(HERE, "EXPLAIN")
-    pictures = later(f"{HERE}.section", "pictures")
-    sections = later(f"{HERE}.section", "sections")
+    steps_of_adaptation = ("gamma",)
+    explain = later(".", "EXPLAIN")
+    pictures = later(".section", "pictures")
+    sections = later(".section", "sections")
     ge: Positive  # sets per ``error_unit`` of the error [1]
     gc: Positive  # sets per ``error_unit`` of the error's change in a sample [1]
     gu: Positive  # command for a rule of 1, counted in ``command_unit`` [1]
@@ -83,11 +83,6 @@ class SocDesign(ControllerRecord):
         """Return the keys of a controller with these gains; its table is left out, thus 0."""
         adaptation = {key: gains[key] for key in AdaptationRecord.model_fields}
         return {**{key: gains[key] for key in ("ge", "gc", "gu")}, "adaptation": adaptation}
-
-    def without_adaptation(self) -> Self:
-        """Return the design with ``gamma`` = 0; the table remains."""
-        still = self.adaptation.model_copy(update={"gamma": 0.0})
-        return self.model_copy(update={"adaptation": still})
 
     def adapted(self, memory: SocMemory) -> Self:
         """Return the design with the learned table."""

@@ -6,12 +6,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hfc_design.controllers import surfaces
-from hfc_design.controllers.kind import ReportContext
+from hfc_design.controllers.kind import ReportContext, memories
 from hfc_design.controllers.rules import RuleUnit, Triangle
-from hfc_design.controllers.soc.law import HIGHEST, LABELS, SETS, SocMemory, degrees, soc
+from hfc_design.controllers.soc.law import HIGHEST, LABELS, SETS, degrees
 from hfc_design.controllers.soc.record import SocDesign
 from hfc_design.controllers.surfaces import Side, Surface
-from hfc_design.core.numbers import ARRAYS, SCALARS, Floats
+from hfc_design.core.numbers import ARRAYS, Floats
 from hfc_design.core.tables import Table
 from hfc_design.plotting.figure import STRIP, colour_strip, framed
 from hfc_design.plotting.heat_map import heat_map
@@ -50,8 +50,9 @@ def sections(record: SocDesign, shown: ReportContext) -> list[Section]:
     if shown.signals:
         limits = shown.largest or (None,) * len(shown.signals)
         drawings: list[Drawing] = []
-        for (axis, signals), limit in zip(named(shown).items(), limits, strict=True):
-            drawings += _learning(record, shown, axis, learnt(record, signals, limit))
+        for (axis, signals), limit in zip(shown.signals.items(), limits, strict=True):
+            learned = learnt(record, signals, limit)
+            drawings += _learning(record, shown, shown.called(axis), learned)
         text = "Each axis starts with the rules of the design and learns its own while it moves."
         report.append(Section("Learned rules", text, None, drawings))
     return report
@@ -77,33 +78,13 @@ def _surface(record: SocDesign, shown: ReportContext, title: str, caption: str) 
     return surfaces.drawing(surface(record, shown.units, title), caption)
 
 
-def named(shown: ReportContext) -> dict[str, dict[str, Floats]]:
-    """Return the signals by axis, with the names of axes that the texts of the report use."""
-    several = len(shown.machine.axes) > 1
-    signals = shown.signals or {}
-    return {
-        axis.upper() if several else "the axis": axis_signals
-        for axis, axis_signals in signals.items()
-    }
-
-
 def learnt(
     record: SocDesign, signals: dict[str, Floats], limit: float | None
 ) -> dict[float, Floats]:
-    """Return {time [s]: rules (11, 11)} after each of ``SHARES`` of the motion.
-
-    The law runs over the errors of the axis in the motion, which takes about 0.1 ms per sample.
-    """
-    law, gains = soc(record.table, record.sample_time_s, limit), record.law_gains()
-    memory: SocMemory = law.initial_memory(0.0)
-    errors = signals["error"].tolist()
-    moments = {max(round(share * len(errors)), 1) for share in SHARES}
-    rules: dict[float, Floats] = {}
-    for count, error in enumerate(errors, 1):
-        _, memory = law.step(SCALARS, gains, memory, {"error": error})
-        if count in moments:
-            rules[count * record.sample_time_s] = np.array(memory.rules)
-    return rules
+    """Return {time [s]: rules (11, 11)} after each of ``SHARES`` of the motion."""
+    moments = {max(round(share * len(signals["error"])), 1) for share in SHARES}
+    each, every = enumerate(memories(record, signals, limit)), record.sample_time_s
+    return {count * every: np.array(memory.rules) for count, memory in each if count in moments}
 
 
 EDGES = np.arange(SETS + 1) - HIGHEST - 0.5
@@ -153,11 +134,9 @@ def _terms(record: SocDesign, drive: Drive) -> Figure:
     each = zip(LABELS, np.array(degrees(ARRAYS, values)), strict=True)
     curves = {label: (values, membership) for label, membership in each}
     gains, unit = record.law_gains(), drive.units["error"]
-    input_labels = (
-        f"{name}, a set is {1.0 / gain:.3g} {unit}"
-        for name, gain in (("error", gains.ge), ("its change in a sample", gains.gc))
-    )
-    return terms([Panel("; ".join(input_labels), ends, curves)], "sets of both inputs")
+    sides = {"error": gains.ge, "its change in a sample": gains.gc}.items()
+    label = "; ".join(f"{name}, a set is {1.0 / gain:.3g} {unit}" for name, gain in sides)
+    return terms([Panel(label, ends, curves)], "sets of both inputs")
 
 
 def _table(record: SocDesign, title: str) -> Figure:

@@ -5,7 +5,7 @@ machines; the result is the mean of the distribution and not the luckiest indivi
 """
 
 from itertools import accumulate
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -99,27 +99,19 @@ class Cma(NamedTuple):
             state = self._begun(place, about, rng, state)
         elif place.room < len(state.score):
             survivors = np.sort(np.argsort(-state.score, kind="stable")[: place.room])
-            islands = Distribution(*(leaf[survivors] for leaf in state.islands))
-            state = state._replace(
-                population=taken(state.population, survivors),
-                score=state.score[survivors],
-                islands=islands,
-            )
+            competing = state.population, state.score, state.islands
+            population, score, islands = taken(competing, survivors)
+            state = state._replace(population=population, score=score, islands=islands)
         return self._candidates(state, place, rng)
 
     def tell(self, state: CmaState, candidates: Asked, score: Floats) -> CmaState:
         """Return the state in which the sampled island has learned from its scores."""
         k, stage = candidates.island, self._stage(state.about, candidates.stage)
-        before = Distribution(*(leaf[k] for leaf in state.islands))
-        after = learnt(before, candidates.points[:-1], score[:-1])
-        islands = Distribution(
-            *(_put(leaf, k, x) for leaf, x in zip(state.islands, after, strict=True))
-        )
+        after = learnt(taken(state.islands, k), candidates.points[:-1], score[:-1])
+        islands, score = replaced((state.islands, state.score), k, (after, score[-1]))
         mean = stage.members(after.mean[None], state.population.tree[k : k + 1])
         population = replaced(state.population, np.array([k]), mean)
-        return state._replace(
-            population=population, score=_put(state.score, k, score[-1]), islands=islands
-        )
+        return state._replace(population=population, score=score, islands=islands)
 
     def _remembered(self, state: CmaState, generation: int) -> CmaState:
         """Return the state; at even intervals, put the best island's average into the trail."""
@@ -213,7 +205,7 @@ class Cma(NamedTuple):
         self, state: CmaState, place: Place, rng: np.random.Generator
     ) -> tuple[CmaState, Asked]:
         island = place.within % len(state.score)
-        distribution = Distribution(*(leaf[island] for leaf in state.islands))
+        distribution = taken(state.islands, island)
         tree = state.population.tree[island : island + 1]
         stage = self._stage(state.about, place.stage)
         points, off = self._drawn(distribution, stage, tree, rng)
@@ -243,12 +235,6 @@ class Cma(NamedTuple):
             best = np.argsort(off, kind="stable")[:count]
             points, off = np.concatenate([points, more])[best], off[best]
         return np.concatenate([points, mean]), np.append(off, of_mean)
-
-
-def _put(leaf: Any, place: int, value: Any) -> Any:
-    leaf = leaf.copy()
-    leaf[place] = value
-    return leaf
 
 
 def _fault(settings: CmaSettings, controller: ControllerSettings) -> str | None:

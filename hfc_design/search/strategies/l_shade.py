@@ -14,7 +14,7 @@ from hfc_design.core.checkpoint import flat
 from hfc_design.core.numbers import Floats
 from hfc_design.core.records import NotNegative, Ordered, Positive
 from hfc_design.search.coordinates import Coordinates, coordinates
-from hfc_design.search.differential import ARCHIVE, Points, Trials, begun, fewer, learnt, tried
+from hfc_design.search.differential import ARCHIVE, Points, Trials, begun, learnt, tried
 from hfc_design.search.strategy import Strategy, StrategySettings, Task
 
 
@@ -74,11 +74,10 @@ class LShade(NamedTuple):
             trials = _trials(np.clip(self.settings.step * chart.step * cloud, *chart.room))
             return state, Asked(chart.members(trials.places), trials, None)
         survivors = np.sort(np.argsort(-state.score, kind="stable")[: self._room(generation)])
-        state = state._replace(
-            population=taken(state.population, survivors),
-            score=state.score[survivors],
-            points=fewer(state.points, survivors),
-        )
+        every = state.population, state.score, state.points.places
+        population, score, places = taken(every, survivors)
+        points = state.points._replace(places=places)
+        state = state._replace(population=population, score=score, points=points)
         trials = tried(state.points, state.score, chart.room, rng)
         return state, Asked(chart.members(trials.places), trials, state.score)
 

@@ -207,11 +207,9 @@ def _fault(settings: LinLeeSettings, controller: ControllerSettings) -> str | No
         return "searches only hierarchies; use race"
     if getattr(controller, "linear", None) is not None:
         return "searches only hierarchies with a PD; use cma or race"
-    return (
-        "searches only hierarchies of all inputs; use race"
-        if getattr(controller, "used", 0)
-        else None
-    )
+    if getattr(controller, "used", 0):
+        return "searches only hierarchies of all inputs; use race"
+    return None
 
 
 def _sound(settings: LinLeeSettings, state: LinLeeState) -> bool:

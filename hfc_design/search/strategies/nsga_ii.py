@@ -21,7 +21,7 @@ from hfc_design.objectives.metrics import named
 from hfc_design.objectives.traded import UNITS, check_names
 from hfc_design.search import fronts
 from hfc_design.search.distribution import Distribution
-from hfc_design.search.nondominated_archive import Front, Judged, best_first, both, chosen, insert
+from hfc_design.search.nondominated_archive import Front, Judged, best_first, insert
 from hfc_design.search.strategies import cma
 from hfc_design.search.strategy import Probability, Scored, Strategy, StrategySettings, Task
 
@@ -146,9 +146,9 @@ class Nsga2(NamedTuple):
         if candidates.sampled is not None:  # not comparable with earlier ones
             led = self._leader.tell(state.led, candidates.sampled, scored.score)
             return Nsga2State(*children, state.front, led, state.machines)
-        everybody = both(Judged(*state[:5]), children)
+        everybody = joined(Judged(*state[:5]), children)
         units = everybody.costs[:, s.objectives.index(UNITS)] if UNITS in s.objectives else None
-        best = chosen(everybody, best_first(everybody, units)[: s.population])
+        best = taken(everybody, best_first(everybody, units)[: s.population])
         return Nsga2State(*best, insert(state.front, children, s.front), *state[6:])
 
     @property

@@ -100,17 +100,15 @@ class SuccessiveHalving(NamedTuple):
         double = self.task.genome.nudged(taken(state.population, best), rng)
         candidates = candidates._replace(
             population=replaced(candidates.population, place, double),
-            needed=changed(candidates.needed, place, -np.inf),
+            needed=replaced(candidates.needed, place, -np.inf),
         )
         islands = len(state.damping)
         if self.task.linearised is None or islands > s.newton_islands:
             return state, candidates
         # Islands take turns; if there are fewer islands than steps, some get several steps.
         turns = (np.arange(s.newton_steps) + generation * s.newton_steps) % islands
-        for k in np.unique(turns):
-            candidates = self._stepped(
-                state, candidates, int(k), int(np.count_nonzero(turns == k)), rng
-            )
+        for k, count in zip(*np.unique(turns, return_counts=True), strict=True):
+            candidates = self._stepped(state, candidates, int(k), int(count), rng)
         return state, candidates
 
     def tell(self, state: RaceState | None, candidates: Asked, score: Floats) -> RaceState:
@@ -131,11 +129,8 @@ class SuccessiveHalving(NamedTuple):
                 damping[k] = candidates.damping[best] if stepped else min(damping[k], FIRST_DAMPING)
             elif tried:
                 damping[k] = min(damping[k] * FAILURE, LARGEST)
-        population = joined(state.population, candidates.population)
-        scores = np.concatenate([state.score, score])
-        steps = np.concatenate([state.step, candidates.step])
-        islands = np.concatenate([state.island, state.island])
-        both = ranked(RaceState(population, scores, steps, islands, damping))
+        children = candidates.population, score, candidates.step, state.island
+        both = ranked(RaceState(*joined(state[:4], children), damping))
         rank = np.arange(len(both.island)) - np.searchsorted(both.island, both.island)
         return chosen_of(both, rank < np.bincount(state.island)[both.island])
 
@@ -206,7 +201,7 @@ def humbled(state: RaceState, score: Floats) -> RaceState:
     best, place = doubled(state)
     best_score = state.score[best]
     worse = score[place] < np.where(best_score < 0.0, best_score / LUCK, LUCK * best_score)
-    return state._replace(score=changed(state.score, best[worse], score[place][worse]))
+    return state._replace(score=replaced(state.score, best[worse], score[place][worse]))
 
 
 def with_kin(
@@ -236,18 +231,9 @@ def kin(one: Population, others: Population) -> Mask:
     return similar
 
 
-def changed(array: Floats, places: Integers, values: Floats | float) -> Floats:
-    """Return a copy of the array with other values at some places."""
-    updated = array.copy()
-    updated[places] = values
-    return updated
-
-
 def chosen_of(state: RaceState, chosen: Integers | Mask) -> RaceState:
     """Return the state with the chosen individuals only; the islands stay as they are."""
-    population, score, step, island, damping = state
-    population = taken(population, chosen)
-    return RaceState(population, score[chosen], step[chosen], island[chosen], damping)
+    return RaceState(*taken(state[:4], chosen), state.damping)
 
 
 def ranked(state: RaceState) -> RaceState:

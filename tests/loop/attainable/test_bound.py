@@ -96,7 +96,7 @@ def test_bristles_follow_what_is_known_of_the_speed():
         states = rolled_out(play, np.append(voltage, 0.0)).states
         ends = np.stack([states[:-1, 4], states[1:, 4]])
         low, high = ends.min(axis=0) - 2e-4, ends.max(axis=0) + 2e-4
-        found = bent(case, low, high, 0.0)
+        found = bent(case, low, high)
         for z in (states[:-1, 5], states[1:, 5]):
             assert (found.low - 1e-8 <= z).all()
             assert (z <= found.high + 1e-8).all()

@@ -11,7 +11,7 @@ from hfc_design.controllers.genome import taken
 from hfc_design.core.checkpoint import flat
 from hfc_design.runs.individuals import genome_of
 from hfc_design.search.coordinates import coordinates
-from hfc_design.search.differential import ARCHIVE, begun, fewer, learnt, tried
+from hfc_design.search.differential import ARCHIVE, begun, learnt, tried
 from hfc_design.search.loop import fault
 from hfc_design.search.strategies.l_shade import LShadeSettings
 from hfc_design.search.strategy import Task
@@ -28,7 +28,7 @@ def least(cost, size, seed, rounds=400, count=60, room=5.0):
     score = -cost(points.places.T)
     for k in range(rounds):
         kept = np.sort(np.argsort(-score)[: round(count + (8 - count) * k / rounds)])
-        points, score = fewer(points, kept), score[kept]
+        points, score = points._replace(places=points.places[kept]), score[kept]
         trials = tried(points, score, ends, rng)
         assert (np.abs(trials.places) <= room).all()
         assert k > 20 or (trials.places != points.places).any(axis=1).all()

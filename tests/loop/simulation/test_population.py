@@ -4,11 +4,10 @@ import jax
 import numpy as np
 import pytest
 from lifted import every_axis
-from populations import LAW, fitness, picked, prepared
+from populations import LAW, fitness, picked, prepared, trajectory
 
 from hfc_design.controllers.controller import AxisLaw
 from hfc_design.controllers.pd import PdGains, initial_memory, sample
-from hfc_design.simulation import population as simulate
 from hfc_design.simulation.flattening import packed, unpacked
 
 PD = every_axis("pd", AxisLaw(sample, initial_memory, 0.001))
@@ -54,7 +53,7 @@ def test_encoder_reads_multiples_of_its_resolution():
     changes = ["sensors.encoder_resolution=1e-4", "sensors.velocity='encoder'"]
     gains = PdGains(np.array([1.0, 0.0]), np.array([0.0, 1.0]))
     push = ["reference.velocity=0.0", "load={constant=2.0}"]
-    _, (motion,) = simulate.trajectory(*prepared(PD, *changes, *push), gains)
+    _, (motion,) = trajectory(*prepared(PD, *changes, *push), gains)
     angle = motion.state.spindle_angle
     read = -motion.command[:, 0]
     assert abs(angle[:, 0]).max() > 1e-3
@@ -72,7 +71,7 @@ def test_noise_is_that_of_its_seed():
 
     def disturbance(*changes):
         changes = ("sensors.noise=1e-5", "reference.velocity=0.0", *changes)
-        _, (motion,) = simulate.trajectory(*prepared(PD, *changes, scenario="c-axis-ramp"), gains)
+        _, (motion,) = trajectory(*prepared(PD, *changes, scenario="c-axis-ramp"), gains)
         return (-motion.command - motion.state.spindle_angle)[:, 0]
 
     first = disturbance()

@@ -2,6 +2,7 @@
 
 import numpy as np
 from four_motions import SEVERAL
+from populations import trajectory
 
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs.problem import Problem
@@ -38,7 +39,7 @@ def test_motions_that_are_recorded_together_are_those_of_each_alone():
     assert compiled.trajectories._cache_size() == before + 1
     assert len({len(samples.time) for samples in motions}) > 1  # of several lengths
     for samples, (judged, (motion,), _) in zip(motions, together, strict=True):
-        alone, (own,) = population.trajectory(*parts, samples, gains, 2)
+        alone, (own,) = trajectory(*parts, samples, gains, 2)
         assert motion.error.shape == (len(samples.time), 2)
         assert judged.merit.shape == (3,)
         np.testing.assert_allclose(motion.error, own.error, rtol=1e-9, atol=1e-15)

@@ -6,6 +6,7 @@ import tomllib
 import numpy as np
 import pytest
 import short_runs
+from populations import trajectory
 from short_runs import contents
 
 from hfc_design.controllers.genome import taken
@@ -110,7 +111,7 @@ def test_slopes_of_the_merit_are_those_of_the_formula(scenario, fitness):
     one = taken(problem.genome.fresh(np.arange(3), np.random.default_rng(1)), slice(1))
     loop, machines, (samples,), _ = problem.parts
     gains = problem.genome.gains(one)
-    judged, (motion,) = simulate.trajectory(loop, machines, samples, gains)
+    judged, (motion,) = trajectory(loop, machines, samples, gains)
     e, rate, u = (x[:, 0] for x in (motion.error, motion.error_rate, motion.command))
     merit, slopes = motion_slopes(loop, samples, Traces(e, rate, u, np.diff(u, prepend=0.0)))
     assert merit == pytest.approx(judged.merit[0], rel=1e-12)
@@ -147,15 +148,16 @@ def test_derivatives_go_through_encoders_and_converters():
     one = problem.genome.empty()
     loop, machines, (samples,), _ = problem.parts
     gains = problem.genome.gains(one)
-    _, stepped = simulate.error_jacobian(loop, machines, samples, gains, np.float64)
+    about = (machines, samples, gains, ("error",), np.float64)
+    _, stepped = simulate.jacobians(loop, *about)["error"]
     assert not stepped.any()
-    error, jacobian = simulate.error_jacobian(loop.smooth, machines, samples, gains, np.float64)
+    error, jacobian = simulate.jacobians(loop.smooth, *about)["error"]
     # The central difference of the loop as it is, over changes that encoders can see.
     for k, name in ((0, "kp"), (2, "kd")):
         moved = []
         for factor in (1.1, 0.9):
             other = gains._replace(**{name: factor * getattr(gains, name)})
-            moved.append(simulate.trajectory(loop, machines, samples, other)[1][0].error[:, 0])
+            moved.append(trajectory(loop, machines, samples, other)[1][0].error[:, 0])
         change = moved[0] - moved[1]
         assert np.abs(change).max() > 10 * 3e-6
         predicted = 0.2 * getattr(gains, name) * jacobian[:, k]

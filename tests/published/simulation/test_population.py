@@ -4,7 +4,7 @@ import numpy as np
 import oracle
 import pytest
 from lifted import every_axis
-from populations import HIERARCHICAL, fitness, picked, prepared
+from populations import HIERARCHICAL, fitness, picked, prepared, trajectory
 
 from hfc_design.controllers.controller import AxisLaw
 from hfc_design.controllers.hierarchical.law import HierarchicalGains, Layout, hierarchical
@@ -45,7 +45,7 @@ def test_float32_agrees_on_published_controllers(design, scenario, published):
 def test_score_is_equation_5(random_population):
     gains = random_population(5, seed=1)
     loop = prepared(HIERARCHICAL)
-    judged, (motion,) = simulate.trajectory(*loop, gains)
+    judged, (motion,) = trajectory(*loop, gains)
     scores = judged.values[:, 0]
     sums = abs(motion.error).sum(axis=0), abs(motion.error_rate).sum(axis=0)
     assert scores == pytest.approx(3000 / sums[0] + 100 / sums[1], rel=1e-12)
@@ -57,10 +57,7 @@ def test_population_equals_a_loop_over_individuals(count, random_population):
     gains = random_population(130, seed=2)
     loop = prepared(HIERARCHICAL)
     # One at a time and through the other door: shape (steps, 1), without padding or chunks.
-    alone = [
-        simulate.trajectory(*loop, picked(gains, [one]))[0].values[0, 0]
-        for one in range(0, count, 7)
-    ]
+    alone = [trajectory(*loop, picked(gains, [one]))[0].values[0, 0] for one in range(0, count, 7)]
     together = fitness(*loop, picked(gains, slice(count)), np.float64)
     assert together.shape == (count,)
     assert len(set(together)) == count
@@ -88,7 +85,7 @@ def test_substeps_converge():
         changes = ("simulation.sample_time_s=0.002", f"simulation.substeps={substeps}")
         pd = every_axis("pd", AxisLaw(sample, initial_memory, 0.002))
         loop = prepared(pd, *changes, seconds=0.1)
-        _, (motion,) = simulate.trajectory(*loop, gains)
+        _, (motion,) = trajectory(*loop, gains)
         assert (motion.state.spindle_velocity <= 0).all()
         finals.append(np.array([part[-1, 0] for part in motion.state]))
     exact, _ = oracle.closed_loop(
@@ -108,11 +105,11 @@ def test_error_jacobian_is_the_central_difference(inputs, firing, published, ran
         controller = every_axis("pd+hierarchical-fuzzy", law)
         gains = random_population(1, seed=7, inputs=inputs)
     loop = prepared(controller, scenario="c-axis-ramp", seconds=0.3)
-    error, jacobian = simulate.error_jacobian(*loop, gains, np.float64)
+    error, jacobian = simulate.jacobians(*loop, gains, ("error",), np.float64)["error"]
     floating = (gains.kp, gains.kd, gains.scales, gains.consequents)
     start = np.concatenate([leaf.ravel() for leaf in floating])
     assert jacobian.shape == (300, len(start))
-    _, (motion,) = simulate.trajectory(*loop, gains)
+    _, (motion,) = trajectory(*loop, gains)
     np.testing.assert_allclose(error, motion.error[:, 0], atol=1e-15)
 
     # All the moved copies are one population: a column a parameter, ahead and behind.
@@ -122,7 +119,7 @@ def test_error_jacobian_is_the_central_difference(inputs, firing, published, ran
     sources = np.repeat(gains.sources, 2 * len(start), axis=2)
     tables = tables.reshape(inputs - 1, 7, 7, -1)
     copies = HierarchicalGains(kp[0], kd[0], scales, sources, tables)
-    _, (motion,) = simulate.trajectory(*loop, copies)
+    _, (motion,) = trajectory(*loop, copies)
     ahead, behind = np.split(motion.error, 2, axis=1)
     difference = abs(jacobian - (ahead - behind) / (2 * steps)).max(axis=0)
     size = abs(jacobian).max(axis=0)
@@ -149,8 +146,8 @@ def test_published_score_of_the_second_pd_alone():
 
 def test_command_limit_is_kept(published):
     controller, gains = published("lin-lee-1999-table-2")
-    _, (free,) = simulate.trajectory(*prepared(controller), gains)
-    _, (held,) = simulate.trajectory(*prepared(controller, "limits.command=25.0"), gains)
+    _, (free,) = trajectory(*prepared(controller), gains)
+    _, (held,) = trajectory(*prepared(controller, "limits.command=25.0"), gains)
     assert abs(free.command).max() > 30
     assert abs(held.command).max() == 25.0
     inside = free.command[:, 0] < 25.0

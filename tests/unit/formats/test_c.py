@@ -13,7 +13,7 @@ from sledge import hfc
 from wording import refused
 
 from hfc_design import api
-from hfc_design.controllers.hierarchical.code import lookup
+from hfc_design.controllers.hierarchical.code import tabulated
 from hfc_design.files.design import design_json, parse_design
 from hfc_design.files.loop_setup import load_design
 from hfc_design.formats import code
@@ -58,8 +58,8 @@ def test_an_input_named_like_a_word_of_c_is_refused(name):
 
 def test_lookup_by_hand():
     """33 points from -1 to 1: 0.5 is a point of its own, and exp(-32 0.3^2) stands there."""
-    found = lookup(TABLE_1.controller, 33)
-    assert (found.low, found.high, found.per_unit) == (-1.0, 1.0, 16.0)
+    found = tabulated(TABLE_1.controller, 33)["law"].args[0].grid
+    assert (found.low, found.per_unit, len(found.table)) == (-1.0, 16.0, 33)
     expected = [exp(-4 * 1.4**2), exp(-8 * 1.05**2), exp(-32 * 0.7**2), exp(-32 * 0.5**2)]
     expected += [exp(-32 * 0.3**2), exp(-8 * 0.05**2), exp(-4 * 0.4**2)]
     assert found.table[24] == pytest.approx(expected, abs=1e-15)
@@ -104,7 +104,7 @@ def test_the_command_line_says_how_far_a_table_is_off(tmp_path):
     assert done.exit_code == 0, done.output
     assert done.stderr.startswith("hfc: warning: --lookup 9 is coarse")
     lines = iter(done.stdout.splitlines())
-    deviation = lookup(load_design(NAME).controller, 9).deviation
+    deviation = tabulated(load_design(NAME).controller, 9)["deviation"]
     for axis, limit in {"a": None, "b": 5.0}.items():
         folder = tmp_path / "c" / axis
         of, off_by = next(lines), next(lines)

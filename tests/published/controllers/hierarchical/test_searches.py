@@ -6,6 +6,7 @@ import made_up
 import numpy as np
 import pytest
 from hierarchies import valid
+from populations import trajectory
 from resuming import whole_and_in_parts
 from scheduled import SMALL, of_two_laws
 from sledge import hfc
@@ -69,7 +70,7 @@ def test_a_law_in_the_loop_is_a_linear_controller():
     loop = closed_loop(scenario, laws.controller())
     gains = laws.gains(Laws(np.zeros(1, int), numbers))
     machines = simulate.one_machine(scenario.plant.values())
-    judged, _ = simulate.trajectory(loop, machines, scenario.samples(), gains)
+    judged, _ = trajectory(loop, machines, scenario.samples(), gains)
     signals = {"deflection": 50.0, "deflection_rate": 5.0}
     record = {"kind": "lqr", "kp": 900.0, "kd": 100.0, "ki": 0.0, "signals": signals}
     ahead = {"velocity": 0.0, "acceleration": 0.0, "coulomb": 0.0, "coulomb_width": 1.0}
