@@ -8,7 +8,7 @@ import numpy as np
 from hfc_design.core.arguments import check_positive, check_whole, path_of
 from hfc_design.core.numbers import Floats
 from hfc_design.core.overrides import Changes
-from hfc_design.core.records import UserError, option
+from hfc_design.core.records import option
 from hfc_design.core.texts import as_user_error
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.loop_setup import load_design, own_scenario
@@ -71,48 +71,31 @@ def laps(
     if sample_time is not None:
         check_positive("sample_time", sample_time)
     design = load_design(design)
-    where = _motion(load_scenario(scenario or own_scenario(design, design.name), changes), motion)
-    own, samples = filters(design, where), where.samples()
-    if logs:
+    where = load_scenario(scenario or own_scenario(design, design.name), changes).motion(motion)
+    samples = where.samples()
+    errors = []
+    for log in logs:
+        with as_user_error(log):
+            errors.append(_error(path_of(log), where, samples, columns, sample_time))
+    own = filters(design, where)
+    if errors:
         names = tuple(path_of(log).name for log in logs)
-        made = _of_logs([*map(path_of, logs)], where, samples, own, columns, sample_time)
-        return Laps(design.name, where, own, names, *made)
+        return Laps(design.name, where, own, names, *_of_errors(np.array(errors), samples, own))
     result = learned(Setup.of(design, where, None, None, machines), own, laps, progress)
     return Laps(design.name, where, own, (*map(str, range(laps + 1)), "kept"), *result)
 
 
-def _motion(scenario: Scenario, name: str | None) -> Scenario:
-    """Return a motion of the scenario, the first or one by its name."""
-    each = scenario.each_motion()
-    names = [one.name for one in scenario.motions]
-    if name is None:
-        return each[0]
-    if name not in names:
-        known = ", ".join(names) or "none, as there is only one motion"
-        raise UserError(f"{option('motion', name)}: must be one of {known}")
-    return each[names.index(name)]
-
-
-def _of_logs(
-    logs: Sequence[Path],
-    scenario: Scenario,
-    samples: Samples,
-    own: Filters,
-    columns: Sequence[str],
-    sample_time: float | None,
+def _of_errors(
+    errors: Floats, samples: Samples, own: Filters
 ) -> tuple[Floats, Floats, None, Floats, tuple[Floats, Floats]]:
-    """Return the last fields of ``Laps``."""
-    kept, rows = None, list[Floats]()
-    table: Floats = np.zeros((len(own.limits), len(samples.time)))
-    for log in logs:
-        with as_user_error(log):
-            error = _error(log, scenario, samples, columns, sample_time)
-        kept = Kept.of(table, error) if kept is None else kept.after(table, error)
+    """Return the last fields of ``Laps`` from the errors of logs (laps, axes, steps)."""
+    table = np.zeros_like(errors[0])
+    kept = Kept.of(table, errors[0])
+    table = kept.following(own)
+    for error in errors[1:]:
+        kept = kept.after(table, error)
         table = kept.following(own)
-        rows.append(error)
-    assert kept is not None
-    errors = np.array(rows)
-    rms, largest = rms_of(errors.reshape(len(rows), -1)), largest_error(samples, -errors)
+    rms, largest = rms_of(errors.reshape(len(errors), -1)), largest_error(samples, -errors)
     return rms[:, None], largest[:, None], None, table, (errors[0], kept.error)
 
 

@@ -35,6 +35,8 @@ LEAST = 0.02
 MOST = 0.8
 #: Machines whose responses the filter has to suit, beside the nominal one, their seed; frequencies.
 SUITS, SUIT_SEED, FREQUENCIES = 63, 7001, 60
+#: Share of a lap in which it fades to 0 after its end, as a jump there would be learned.
+FADES = 0.1
 #: Up to the frequency where Q falls to this an axis is said to learn.
 LEARNS = 0.5
 
@@ -53,9 +55,17 @@ class Filters(NamedTuple):
 
         ``gain`` (..., axes, 1) multiplies the corrections.
         """
-        before, off = (np.fft.rfft(x, self.length) for x in (table, error))
+        before, off = (np.fft.rfft(self._faded(x)) for x in (table, error))
         after = np.fft.irfft(self.keep * before + gain * self.correct * off, self.length)
         return np.clip(after[..., : table.shape[-1]], -self.limits, self.limits)
+
+    def _faded(self, values: Floats) -> Floats:
+        """Return values (..., length) that go from the last to 0, and at the end to the first."""
+        steps = values.shape[-1]
+        share = np.linspace(0.0, 1.0, int(FADES * steps))
+        gap = np.zeros((*values.shape[:-1], self.length - steps - 2 * len(share)))
+        ends = values[..., -1:] * share[::-1], gap, values[..., :1] * share
+        return np.concatenate([values, *ends], axis=-1)
 
 
 class Kept(NamedTuple):
@@ -118,25 +128,24 @@ def _filters(setup: Setup, hertz: Any) -> tuple[Floats, Any, float]:
     if answered.sum() < 2:
         raise UserError(f"{setup.name}: its position does not answer to its command")
     every, usual, known = every[:, answered], usual[answered], each[0].hertz[answered]
-    slow = (1.0 + SLOW) * np.abs(usual) ** 2
-    with np.errstate(all="ignore"):  # of machines that are unstable
-        left = np.nan_to_num(np.abs(slow - np.conj(usual) * every), nan=np.inf)
-        left = np.quantile(left, MOST, axis=0)
-    least = (LEAST * np.abs(usual).max()) ** 2
-    keep = slow / np.maximum(slow + least, left / SHRINKS)
     size, phase = np.abs(usual), np.unwrap(np.angle(usual))
+    with np.errstate(all="ignore"):  # of machines that are unstable
+        left = np.nan_to_num(np.abs(1.0 + SLOW - every / usual), nan=np.inf)
+    unlike = np.quantile(left, MOST, axis=0) / (1.0 + SLOW) / SHRINKS
     # Towards 0 Hz the answer is that of as many derivatives as its slope shows.
     rises = np.clip(np.round(np.log(size[1] / size[0]) / np.log(known[1] / known[0])), 0.0, 2.0)
-    low = known[0] * 2.0 ** -np.arange(6.0, 0.0, -1.0)
-    share = low / known[0]
-    size = np.append(size[0] * share**rises, size)
-    phase = np.append(0.5 * np.pi * rises * (1.0 - share) + phase[0] * share, phase)
-    at = np.log(np.maximum(hertz, low[0]))
-    kept = np.interp(at, np.log(known), keep, right=0.0)
-    known = np.log(np.append(low, known))
+    share = 2.0 ** -np.arange(6.0, 0.0, -1.0)
+    low = np.arange(len(share))
+    size = np.insert(size, 0 * low, size[0] * share**rises)
+    phase = np.insert(phase, 0 * low, 0.5 * np.pi * rises * (1.0 - share) + phase[0] * share)
+    unlike = np.insert(unlike, 0 * low, unlike[0])
+    known = np.log(np.insert(known, 0 * low, known[0] * share))
+    least = (LEAST * size.max() / size) ** 2 / (1.0 + SLOW)
+    at = np.log(np.maximum(hertz, np.exp(known[0])))
+    kept = np.interp(at, known, 1.0 / np.maximum(1.0 + least, unlike), right=0.0)
     answer = np.exp(np.interp(at, known, np.log(size)) + 1j * np.interp(at, known, phase))
-    below = np.flatnonzero(kept < LEARNS)
-    until = float(hertz[below[0]]) if len(below) else float(hertz[-1])
+    learns = np.flatnonzero(kept >= LEARNS)
+    until = float(hertz[learns[-1]]) if len(learns) else 0.0
     return kept, kept / (1.0 + SLOW) / answer, until
 
 

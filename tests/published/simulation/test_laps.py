@@ -59,7 +59,8 @@ def test_laps_of_a_linear_loop_are_those_of_lifted_matrices(stage):
         (
             "lin-gai-2009-pid",
             "five-axis-robust",
-            {"shaper": {"kind": "zv", "hz": 20.0}},
+            {f"reference.limits.{axis}.jerk_per_s3": 20000.0 for axis in "xyzac"}
+            | {"shaper": {"kind": "zv", "hz": 20.0}},
         ),
     ],
     ids=["milling table", "five axes"],

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from wording import refused_command
 
 from hfc_design.calls.laps import _aligned, _error
 from hfc_design.files.named_scenario import load_scenario
@@ -83,6 +84,30 @@ def test_a_short_log_is_refused_in_a_line(tmp_path, circle):
     file.write_text("\n".join(lines[:200]) + "\n")
     with pytest.raises(ValueError, match="must contain the whole motion of 2 s"):
         _error(file, *circle, (), None)
+
+
+@pytest.mark.parametrize(
+    ("before", "change"),
+    [
+        ("x_reference [mm]", "elsewhere [mm]"),  # no reference
+        ("time [s]", "number [1]"),  # no time
+        ("y_position [mm]", "y_position [kg]"),
+    ],
+)
+def test_a_log_that_lacks_a_signal_is_refused_before_any_simulation(
+    tmp_path, circle, before, change, monkeypatch
+):
+    file = log_of(tmp_path, circle)
+    file.write_text(file.read_text().replace(before, change, 1))
+    monkeypatch.chdir(tmp_path)
+    known = ("--set", "simulation.duration_s=2", "--scenario", "milling-table-circle")
+    refused_command("laps", "huang-pid", file.name, *known)
+
+
+def test_what_laps_cannot_do_is_refused_in_a_line():
+    refused_command("laps", "huang-pid", "--motion", "second")
+    refused_command("laps", "huang-pid", "--laps", 0)
+    refused_command("laps", "huang-pid", "missing.csv")
 
 
 def test_signals_are_aligned_where_they_differ_least():
