@@ -130,6 +130,10 @@ def _line(error: click.UsageError) -> str:
         return f"{command}: {option} is missing; {path} -h lists the options"
     if isinstance(error, click.BadParameter) and error.param is not None:
         typed = error.ctx.meta.get(TYPED, {}).get(error.param.name) if error.ctx else None
+        if isinstance(typed, list):  # of an option that can be given several times
+            from hfc_design.core.numbers import NUMBER
+
+            typed = next((text for text in typed if not NUMBER.fullmatch(text)), None)
         name = error.param.opts[0]
         if not isinstance(error.param, click.Option):
             name = error.param.human_readable_name.upper()

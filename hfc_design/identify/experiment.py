@@ -3,8 +3,9 @@
 The experiment is a row of segments, each from rest to rest in the middle of the travel: moves to
 and fro at several speeds, sines and sweeps of the reference, and, if a signal may be added to the
 command, binary noise, sweeps and stepped sines there. All candidates are simulated on some machines
-within the tolerances. The one that adds most Fisher information on the wanted parameters is taken
-next (Ljung, System Identification, 1999, sec. 13.3), until the time is used up.
+within the tolerances, and made smaller until none exceeds a limit. The one that adds most Fisher
+information on the wanted parameters is taken next (Ljung, System Identification, 1999, sec. 13.3),
+until the time is used up.
 """
 
 from collections.abc import Mapping, Sequence
@@ -31,11 +32,13 @@ from hfc_design.simulation.frequency import Setup
 from hfc_design.simulation.sensors import largest_command
 from plants.around import plain
 
-#: Number of segments, of machines on which they are compared, and on which limits are checked.
-SEGMENTS, COMPARED, CHECKED = 8, 4, 1000
-#: Share of each limit that candidates use by design; factor by which a segment is made smaller
-#: until no machine exceeds a limit, and how often.
-USED, SMALLER, TRIES = 0.85, 0.9, 20
+#: Number of segments; of machines on which they are compared, on which candidates are tried, and
+#: on which the limits of the experiment are checked.
+SEGMENTS, COMPARED, TRIED, CHECKED = 8, 4, 125, 1000
+#: Share of each limit that candidates use by design, and that machines may use; factor by which a
+#: segment is made smaller at least until none uses more, and how often.
+USED, MARGIN, SMALLER, TRIES = 0.85, 0.95, 0.97, 20
+SHORT = "is too short for any experiment"
 #: Bandwidth of the observer in the replay of a log [Hz], at most this share of the sampling rate.
 OBSERVER, SHARE = 20.0, 0.1
 #: Time in which a speed without an acceleration is reached [s].
@@ -119,30 +122,31 @@ def choose(
     steps = int(duration / every / SEGMENTS)
     inner = Limits(*(USED * x for x in limits))
     candidates = [*segments(inner, every, steps, add)]
-    some = np.arange(COMPARED)
-    runs = [_simulated(setup, one, some) for one in candidates]
-    inside = [run for run in runs if _reached(run, limits, every).max() <= 1.0]
-    short = UserError(f"{option('travel', limits.travel)}: is too short for any experiment")
-    if not inside:
-        raise short
-    reference_run = _simulated(setup, _own_motion(setup, SEGMENTS * steps), some)
+    few, every_one = np.arange(TRIED), np.arange(setup.machines.size)
+    runs = [run for one in candidates if (run := _inside(setup, one, limits, few))]
+    if not runs:
+        raise UserError(f"{option('travel', limits.travel)}: {SHORT}")
+    reference_run = _simulated(setup, _own_motion(setup, SEGMENTS * steps), few)
     noise = noise or NOTHING * limits.travel
     wanted, before = _information(setup, reference_run, noise, names)
-    tables = np.array([_information(setup, run, noise, names)[1] for run in inside])
+    tables = np.array([_information(setup, run, noise, names)[1] for run in runs])
     determined = _determined(tables.sum(axis=(0, 1)), len(wanted))
     before, tables = (x[..., determined, :][..., determined] for x in (before, tables))
     free = [wanted[k] for k in determined if k < len(wanted)]
     if not free:
-        raise short
-    chosen = _best(tables, len(free), [bool(run.segment.added.any()) for run in inside])
-    total = tables[chosen].sum(axis=0)
-    picked = [inside[k].segment for k in sorted(chosen)]
-    pairs = zip(free, _errors(before).mean(axis=0), _errors(total).mean(axis=0), strict=False)
+        raise UserError(f"{option('travel', limits.travel)}: {SHORT}")
+    chosen = _best(tables, len(free), [bool(run.segment.added.any()) for run in runs])
+    picked = {k: _inside(setup, runs[k].segment, limits, every_one) for k in set(chosen)}
+    made = [run for k in sorted(chosen) if (run := picked[k])]
+    after = np.sum([_information(setup, run, noise, names)[1] for run in made], axis=0)
+    after = after[..., determined, :][..., determined]
+    pairs = zip(free, _errors(before).mean(axis=0), _errors(after).mean(axis=0), strict=False)
     expected = {name: (float(one), float(two)) for name, one, two in pairs}
-    picked, reached = _within(setup, picked, limits, every)
+    reached = np.max([_reached(run, limits, every).max(axis=1) for run in made], axis=0)
+    shares = dict(zip(Limits._fields, reached.tolist(), strict=True))
     unknown = tuple(name for name in wanted if name not in expected)
-    count = setup.machines.size
-    return Experiment(tuple(picked), every, limits, reached, count, expected, unknown, drive.units)
+    parts, count = tuple(run.segment for run in made), setup.machines.size
+    return Experiment(parts, every, limits, shares, count, expected, unknown, drive.units)
 
 
 def _own_motion(setup: Setup, steps: int) -> Segment:
@@ -176,22 +180,18 @@ def _reached(run: _Run, limits: Limits, every: float) -> Floats:
     return np.where(np.isfinite(shares), shares, np.inf)
 
 
-def _within(
-    setup: Setup, picked: list[Segment], limits: Limits, every: float
-) -> tuple[list[Segment], dict[str, float]]:
-    """Return the segments, reduced until no machine exceeds a limit, and the shares reached."""
-    every_one = np.arange(setup.machines.size)
-    inside, shares = list[Segment](), np.zeros(len(limits))
-    for one in picked:
-        for size in SMALLER ** np.arange(TRIES):
-            moves = tuple((size * place, size * speed) for place, speed in one.moves)
-            less = Segment(one.words, size * one.reference, size * one.added, moves)
-            worst = _reached(_simulated(setup, less, every_one), limits, every).max(axis=1)
-            if (worst <= 1.0).all():
-                break
-        inside.append(less)
-        shares = np.maximum(shares, worst)
-    return inside, dict(zip(Limits._fields, shares.tolist(), strict=True))
+def _inside(setup: Setup, one: Segment, limits: Limits, chosen: Integers) -> _Run | None:
+    """Return a segment, reduced until chosen machines have a margin to limits; None: impossible."""
+    size = 1.0
+    for _ in range(TRIES):
+        moves = tuple((size * place, size * speed) for place, speed in one.moves)
+        less = Segment(one.words, size * one.reference, size * one.added, moves)
+        run = _simulated(setup, less, chosen)
+        worst = _reached(run, limits, setup.every).max()
+        if worst <= MARGIN:
+            return run
+        size *= float(min(SMALLER, MARGIN / worst))
+    return None
 
 
 def _information(
@@ -200,7 +200,7 @@ def _information(
     """Return the wanted names, and (machines, numbers, numbers) information on them and LATE."""
     drive, every = setup.scenario.machine.drives[setup.axis], setup.every
     tables = []
-    for k in range(run.command.shape[1]):
+    for k in range(COMPARED):
         values = jax.tree.map(lambda leaf, k=k: float(leaf[k]), setup.machines.actual[setup.axis])
         free = free_parameters(drive, plain(values)._asdict(), names)
         still = np.zeros(len(run.command))
@@ -266,14 +266,24 @@ def _errors(information: Floats) -> Floats:
 def default_limits(scenario: Scenario, axis: int) -> Limits:
     """Return the travel, speed and acceleration of the scenario's motions, and its command limit.
 
-    Where no motion has an acceleration, it is that for the speed in ``SOON``.
+    The acceleration is at least that which a path may have; where no motion has one, it is that for
+    the speed in ``SOON``.
     """
-    axes = [motion.samples().axes[axis] for motion in scenario.each_motion()]
+    each = scenario.each_motion()
+    axes = [motion.samples().axes[axis] for motion in each]
     travel = max(float(np.ptp(one.reference)) for one in axes)
     speed = max(float(np.abs(one.reference_rate).max()) for one in axes)
-    faster = [one.reference_acceleration for one in axes if one.reference_acceleration is not None]
-    acceleration = max((float(np.abs(x).max()) for x in faster), default=0.0) or speed / SOON
     one = scenario.plant.each()[axis]
+    faster = [
+        float(np.abs(x.reference_acceleration).max())
+        for x in axes
+        if x.reference_acceleration is not None
+    ]
+    faster += [
+        (getattr(motion.path, "acceleration_mm_s2", None) or 0.0) / (one.length or 1.0)
+        for motion in each
+    ]
+    acceleration = max(faster) or speed / SOON
     limit = largest_command(scenario.limits.of(one.name))
     return Limits(travel, speed, acceleration, one.drive.largest_commands(one.parameters, limit)[1])
 
