@@ -18,7 +18,7 @@ MISTAKES = {
     "identify a --sample-time 1_0": "--sample-time 1_0",
     "score pd-only --samples 1_0": "--samples 1_0",
     "explain jee-koren-2004-flc --at error=1_0,error_change=0": "--at 'error=1_0'",
-    "frequency pd-only --amplitude 0.1 --amplitude 1_0",
+    "frequency pd-only --amplitude 0.1 --amplitude 1_0": "--amplitude 1_0",
     "explain jee-koren-2004-flc --at error=１,error_change=0": "--at 'error=１'",
     "score pd-only --memory １GB": "--memory or HFC_MEMORY １GB",
     "list plnats": "WHAT plnats",
