@@ -35,9 +35,10 @@ from plants.around import plain
 #: Number of segments; of machines on which they are compared, on which candidates are tried, and
 #: on which the limits of the experiment are checked.
 SEGMENTS, COMPARED, TRIED, CHECKED = 8, 4, 125, 1000
-#: Share of each limit that candidates use by design, and that machines may use; factor by which a
-#: segment is made smaller at least until none uses more, and how often.
-USED, MARGIN, SMALLER, TRIES = 0.85, 0.95, 0.97, 20
+#: Share of each limit that candidates use by design; share that machines may use of travel, speed,
+#: acceleration (of the reference alone) and command (which is limited in any case); factor by which
+#: a segment is made smaller at least until none uses more, and how often.
+USED, ALLOWED, SMALLER, TRIES = 0.85, (0.95, 0.95, 1.0, 1.0), 0.97, 20
 SHORT = "is too short for any experiment"
 #: Bandwidth of the observer in the replay of a log [Hz], at most this share of the sampling rate.
 OBSERVER, SHARE = 20.0, 0.1
@@ -187,10 +188,10 @@ def _inside(setup: Setup, one: Segment, limits: Limits, chosen: Integers) -> _Ru
         moves = tuple((size * place, size * speed) for place, speed in one.moves)
         less = Segment(one.words, size * one.reference, size * one.added, moves)
         run = _simulated(setup, less, chosen)
-        worst = _reached(run, limits, setup.every).max()
-        if worst <= MARGIN:
+        worst = (_reached(run, limits, setup.every).max(axis=1) / ALLOWED).max()
+        if worst <= 1.0:
             return run
-        size *= float(min(SMALLER, MARGIN / worst))
+        size *= float(min(SMALLER, 1.0 / worst))
     return None
 
 
