@@ -95,7 +95,8 @@ class Laps(NamedTuple):
     def tables(self) -> list[Table]:
         """Return the table of the laps."""
         unit, several = self._units[0], self.largest.shape[1] > 1
-        head = ["lap", f"rms error [{unit}]", f"largest {self._measure} [{unit}]"]
+        every_unit = dict.fromkeys(one.drive.units["error"] for one in self.scenario.plant.each())
+        head = ["lap", f"rms error [{', '.join(every_unit)}]", f"largest {self._measure} [{unit}]"]
         head += ["median of all", "worst of all"] * several
         rows = []
         for name, rms, most, worst in zip(
