@@ -8,7 +8,6 @@ from hfc_design.batch.findings import Findings
 from hfc_design.batch.findings import findings as summed_up
 from hfc_design.batch.plan import Cell, read_batch
 from hfc_design.batch.report import report
-from hfc_design.batch.results import runs_below
 from hfc_design.batch.runner import Outcome, Place, run_batch
 from hfc_design.core.arguments import check_whole, path_of
 from hfc_design.core.overrides import Changes
@@ -57,7 +56,7 @@ def batch(
 
         places = connected(workers, None, False, (None, None, None), lambda count: None)
     failed = run_batch(plan, out, workers or 1, places, anyway, on_cell)
-    report(out, tell=lambda page, findings: None)
+    report(out, quiet=True)
     if failed:
         reasons = "; ".join(f"{name}: {reason}" for name, reason in failed.items())
         raise RunError(f"{out}: {len(failed)} of {len(plan.cells)} cells failed: {reasons}")
@@ -70,5 +69,4 @@ def findings(folder: str | Path) -> Findings:
     Raises:
         UserError: the folder does not exist or contains no run.
     """
-    place = path_of(folder)
-    return summed_up(place, runs_below(place))
+    return summed_up(path_of(folder))

@@ -235,7 +235,7 @@ def report(
         if scenario is not None:
             raise UserError("scenario: applies to a single design; a run has its own")
         paper = for_a_paper(Path(of), "", figures, width, latex)
-        batch_report.report(Path(of), each, tell=lambda page, findings: None, paper=paper)
+        batch_report.report(Path(of), each, paper=paper, quiet=True)
         return Path(of) / REPORT
     if each:
         raise UserError("each: applies to a folder of runs (got a design)")
