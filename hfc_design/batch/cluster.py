@@ -14,7 +14,7 @@ from pathlib import Path
 
 from hfc_design import __version__
 from hfc_design.batch.plan import Cell
-from hfc_design.batch.runner import PATIENCE, Lost, Outcome, Place, unfinished
+from hfc_design.batch.runner import PATIENCE, Lost, Outcome, Place, Tls, unfinished
 from hfc_design.core.numbers import Json, cores
 from hfc_design.core.plugins import given
 from hfc_design.core.records import RunError, UserError, checked, option
@@ -40,8 +40,6 @@ ANSWER_WITHIN = "10s"
 PLAIN = ["dask", "msgpack"]
 #: Settings of Dask's web servers, which would be open to every user of this machine.
 PAGES = "distributed.scheduler.http.routes", "distributed.worker.http.routes"
-#: Files: certificate of the authority, our own certificate, our key; three times None without TLS.
-Tls = tuple[Path | None, Path | None, Path | None]
 #: The run of a cell on a worker.
 Task = Future[Json]
 

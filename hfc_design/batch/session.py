@@ -4,15 +4,14 @@ import json
 import statistics
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Iterable, Sequence
 from itertools import islice
 from pathlib import Path
 
 from hfc_design.batch import folder, report
 from hfc_design.batch.plan import Cell, read_batch
 from hfc_design.batch.results import listed
-from hfc_design.batch.runner import Outcome, Place, run_batch
+from hfc_design.batch.runner import Outcome, WorkerOptions, run_batch
 from hfc_design.core.console import ProgressBar, show
 from hfc_design.core.records import RunError, harmless
 from hfc_design.core.tables import Table
@@ -28,23 +27,19 @@ COMPILING = 5.0
 #: Largest number of cells that are listed one by one.
 LISTED = 40
 
-#: Function that gets a callback for the number of workers and returns a context of their ``Place``.
-Connected = Callable[[Callable[[int], None]], AbstractContextManager[Place]]
-
 
 def batch(
     path: Path,
     out: Path | None,
     dry_run: bool,
     changes: Iterable[str],
-    workers: Connected | None,
-    at_once: int,
+    workers: WorkerOptions | None,
     anyway: bool,
 ) -> None:
     """``hfc batch FILE``: run every unfinished cell, here or on workers, and report.
 
     ``dry_run`` only prints the plan. ``changes`` of dotted keys are applied to every cell;
-    ``at_once`` cells run on this machine at a time; ``anyway`` resumes cells of other versions.
+    ``anyway`` resumes cells of other versions.
 
     Raises:
         UserError: the file is not a valid batch file, or a cell needs more memory than there is.
@@ -56,10 +51,10 @@ def batch(
         _show_plan(cells, target)
         return
     watch = Watch(cells)
-    places = workers(watch.workers) if workers else nullcontext(Place(watch.generation))
+    options = (watch.outcome, workers, anyway, watch.generation, watch.workers)
     try:
         with watch:
-            failed = run_batch(plan, target, at_once, places, anyway, watch.outcome)
+            failed = run_batch(plan, target, *options)
     except KeyboardInterrupt:
         raise RunError("interrupted; run the same command again to continue") from None
     counts = f"{len(cells) - len(failed)} finished, {len(failed)} failed"
