@@ -16,7 +16,7 @@ from hfc_design.core import lock
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.numbers import Json, number_or_none
 from hfc_design.core.records import Name, Record, UserError, checked, in_a_line
-from hfc_design.core.texts import LARGEST_TABLE, as_user_error, content, decoded, json_of
+from hfc_design.core.texts import LARGEST_TABLE, content, decoded, read_json
 from hfc_design.files.labels import PLAN
 from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN
 
@@ -118,9 +118,7 @@ def waited(out: Path, what: str) -> AbstractContextManager[None]:
 
 
 def _plan_file(out: Path) -> PlanFile:
-    with as_user_error(out / PLAN):
-        plan = json_of(decoded(content(out / PLAN, LARGEST_TABLE)))
-    return checked(PlanFile, plan, out / PLAN, out)
+    return checked(PlanFile, read_json(out / PLAN, LARGEST_TABLE), out / PLAN, out)
 
 
 def _text(out: Path, name: str, kind: str) -> str:

@@ -1,8 +1,9 @@
 """The search problem of a scenario: individuals simulated on its machines, judged and ranked."""
 
+from contextlib import suppress
 from copy import copy
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from hfc_design.controllers.controller import RateLimited
 from hfc_design.controllers.genome import Population, taken
 from hfc_design.core.numbers import Floats, Gains, Integers
 from hfc_design.core.plugins import own_code
+from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.loop_setup import check_laws, controller_of
 from hfc_design.files.scenario import Scenario
@@ -18,16 +20,17 @@ from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.verdict import Ensemble
 from hfc_design.runs.first_laws import FEWEST, first_laws
 from hfc_design.runs.individuals import design_of, genome_of, kinds_of
-from hfc_design.runs.machines import drawn_for, margin_limits
 from hfc_design.search.loop import STRATEGIES
 from hfc_design.search.newton import Linear
 from hfc_design.search.strategy import Scored, Task, Weighed
 from hfc_design.simulation import memory
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import Loop, closed_loop
+from hfc_design.simulation.loop_margins import AskedMargins
+from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.stepping import trailing
-from hfc_design.simulation.stress import among
+from hfc_design.simulation.stress import Applied, among, rubbing
 
 #: Number of machines on which all individuals are simulated before those that cannot reach the
 #: needed rank are dropped, and tolerance of this comparison for rounding.
@@ -46,6 +49,8 @@ TRADED = 0.5
 HALVED = 4
 #: Number larger than any violation of a design.
 BEHIND = 1e3
+#: Number of machines with the friction of the stress; they are the same in all runs.
+RUBBING = 199
 #: A machine is close to a violation if dividing the limits by this factor causes one.
 NEAR = 2.0
 
@@ -409,6 +414,42 @@ def _on_both(some: Judged, others: Judged) -> Judged:
     """Join the results of the same individuals on some machines and on others."""
     pairs = zip(some, others, strict=True)
     return Judged(*(np.concatenate(pair, axis=1) for pair in pairs))
+
+
+def drawn_for(scenario: Scenario, count: int, seed: int, margin: float = 1.0) -> Machines:
+    """Return the nominal machine of a robust scenario and ``count`` others within its tolerances.
+
+    The tolerances are widened by the factor ``margin``.
+    """
+    robust = scenario.robust
+    assert robust is not None
+    even = robust.sample == "latin-hypercube"
+    wider = {name: margin * spread for name, spread in robust.tolerances.items()}
+    parts = (scenario.plant, margin * robust.spread, count, seed, wider, even)
+    return drawn(*parts, key="robust.spread")[0]
+
+
+def margin_limits(scenario: Scenario, loop: Loop, genome: Any, final: bool) -> AskedMargins | None:
+    """Return the margins that the scenario requires of the linearised loop; None: it requires none.
+
+    With ``final``, they are those for finalists. A robust scenario requires at least stability, if
+    the stability of such laws can be determined.
+    """
+    if not scenario.margins and not scenario.robust:
+        return None
+    with suppress(*[UserError] * (not scenario.margins)):
+        limits = AskedMargins(scenario, loop, _with_stress_friction(scenario), final)
+        limits.broken(genome.gains(genome.empty()))
+        return limits
+    return None
+
+
+def _with_stress_friction(scenario: Scenario) -> Machines | None:
+    """Return machines within the tolerances with the stress friction; None: not needed."""
+    if not (scenario.robust and scenario.margins) or scenario.stress.friction <= 1.0:
+        return None
+    machines = drawn_for(scenario, RUBBING, 0)
+    return rubbing(scenario, machines, Applied(friction=scenario.stress.friction))
 
 
 def final_problem(scenario: Scenario) -> Problem:

@@ -1,18 +1,22 @@
-"""Checkpoints of a run: what determines its result, and the state of its search or polish."""
+"""What a run reads back from its folder: checkpoints of search and polish, files of numbers."""
 
 import time
 from collections.abc import Callable, Iterable
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
+
+from pydantic import ConfigDict, Field
 
 from hfc_design import __version__
 from hfc_design.controllers.genome import Population
 from hfc_design.core import archive, checkpoint, interrupt
 from hfc_design.core.embedded_files import AnyFile
+from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import origins
-from hfc_design.core.records import RunError
+from hfc_design.core.records import Finite, NotNegative, Record, RunError, UserError, checked
+from hfc_design.core.texts import read_json
 from hfc_design.core.validation_errors import short
 from hfc_design.files.named_scenario import renamed
 from hfc_design.files.scenario import Scenario
@@ -27,6 +31,91 @@ SPARE, SPARE_EACH = 2**24, 64
 #: Shortest time between two checkpoints [s].
 CHECKPOINT_EVERY = 2.0
 Step = TypeVar("Step")
+Item = TypeVar("Item")
+#: Name of a motion -> its values; at least one motion.
+Named = Annotated[dict[str, Item], Field(min_length=1)]
+
+
+class Numbers(Record):
+    """Content of a file that a page needs; other keys are allowed. Numbers must be finite."""
+
+    model_config = ConfigDict(extra="ignore", frozen=True)
+
+
+class _Reached(Numbers):
+    bound: NotNegative
+    reached: NotNegative
+    sum_error: NotNegative | None = None
+
+
+class AttainableFile(Numbers):
+    """Content of ``attainable.json``."""
+
+    motions: Named[_Reached]
+    left_out: str = ""
+
+
+class _Measure(Numbers):
+    median: Finite | None
+    q95: Finite | None = None  # a share has none
+    largest: Finite | None
+
+
+class _InMotion(Numbers):
+    share: Finite
+    reasons: dict[str, int]
+    asked_of: Literal["all", "nominal"] = "all"
+    measures: Annotated[dict[str, _Measure], Field(min_length=4, max_length=4)]
+
+
+class _Missed(Numbers):
+    times: Finite
+    motion: str
+
+
+class _Stress(Numbers):
+    name: str
+    holds: bool
+    share: Finite
+    merit: Finite | None
+    part: Finite
+    breaks: str
+    why: str
+
+
+class _Change(Numbers):
+    key: str
+    now: str
+    needed: str | None
+    lost: int | None
+    without: Finite
+
+
+class _WhyNot(Numbers):
+    changes: list[_Change]
+    lines: list[str]
+
+
+class UsableFile(Numbers):
+    """Content of ``usable.json``."""
+
+    usable: bool
+    verdict: Literal["yes", "on this model only", "no"] | None = None  # None: an older file
+    stress: list[_Stress] = []
+    why_not: _WhyNot | None = None
+    answer: Annotated[str, Field(min_length=1)]
+    missed: dict[str, _Missed] = {}
+    spread: Finite
+    machines: int
+    share: Finite
+    interval: tuple[Finite, Finite]
+    gain: tuple[Finite, Finite] | None
+    precision: Finite | None
+    substeps: Finite | None
+    repeats: dict[str, Finite | None] = {}
+    chaotic: bool = False
+    units: Annotated[dict[str, str], Field(min_length=3, max_length=3)]
+    motions: Named[_InMotion]
 
 
 def made_by(scenario: Scenario, folder: Path) -> dict[str, str]:
@@ -115,3 +204,16 @@ def checkpointed(
             save(done)
     assert done is not None  # there is at least one step
     return done
+
+
+def read_numbers(path: Path, model: type[Numbers]) -> Json | None:
+    """Return the numbers in a file of a run; None if there is no file. RunError: it is damaged."""
+    if not path.exists():
+        return None
+    try:
+        numbers: Json = read_json(path)
+        checked(model, numbers, path, path.parent)
+    except UserError as error:
+        fault = str(error.args[0]).removeprefix(f"{path}: ")[:100]
+        raise RunError(f"{path}: {fault}; remove the damaged file") from None
+    return numbers
