@@ -14,8 +14,7 @@ from matplotlib.figure import Figure
 from experiments.lin_lee_1999 import pictures
 from experiments.lin_lee_1999.pictures import SEVEN, SIX, Case
 from experiments.shared import HEAD, Batch, markdown
-from hfc_design.batch.findings import winners
-from hfc_design.batch.groups import grouped
+from hfc_design.batch.findings import grouped, winners
 from hfc_design.batch.summary import winner_table
 from hfc_design.cli.usage import Plain
 from hfc_design.core.checkpoint import write_whole

@@ -11,18 +11,20 @@ from urllib.parse import quote
 import numpy as np
 from matplotlib.figure import Figure
 
-from hfc_design.batch.findings import Findings, Reproduced, Winner
-from hfc_design.batch.folder import batch_notes
-from hfc_design.batch.groups import (
+from hfc_design.batch.findings import (
     ALPHA,
     COMPARED,
     EXACT,
     FITNESS,
     MERIT,
     Comparison,
+    Findings,
     Group,
+    Reproduced,
+    Winner,
     too_few,
 )
+from hfc_design.batch.folder import batch_notes
 from hfc_design.batch.plan import OWN_KEYS
 from hfc_design.batch.results import MARGINS, Run, batches_below, listed, text
 from hfc_design.batch.summary import (

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from hfc_design.batch import folder
-from hfc_design.batch.findings import Findings, Reproduced, Winner, findings
-from hfc_design.batch.groups import Comparison, Group
+from hfc_design.batch.findings import Comparison, Findings, Group, Reproduced, Winner, findings
 from hfc_design.batch.page import page
 from hfc_design.batch.results import JUDGED_BY, MARGINS, Run, is_run, runs_below, text
 from hfc_design.batch.summary import STRUCTURES, tables

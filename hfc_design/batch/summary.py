@@ -5,8 +5,15 @@ from itertools import groupby, islice
 
 import numpy as np
 
-from hfc_design.batch.findings import Findings, Reproduced, Winner
-from hfc_design.batch.groups import FITNESS, Comparison, Group, too_few
+from hfc_design.batch.findings import (
+    FITNESS,
+    Comparison,
+    Findings,
+    Group,
+    Reproduced,
+    Winner,
+    too_few,
+)
 from hfc_design.core.tables import MISSING, Table, text
 from hfc_design.plotting.numbers import score
 
