@@ -26,7 +26,7 @@ try:
     from distributed.comm.core import connect
     from distributed.security import Security
 
-    from hfc_design.batch.worker import answer, contents, gpus
+    from hfc_design.batch.worker import contents, gpus, run_cell
 except ImportError:
     raise UserError(
         f"{option('workers')} and --scheduler need the package distributed: "
@@ -67,7 +67,7 @@ class Workers(Place):
         sent = (__version__, cell.name, where, files, given(), self.anyway)
         with self._reached():
             key = f"{cell.name}-{uuid.uuid4().hex}"
-            return self._client.submit(answer, *sent, key=key, pure=False)
+            return self._client.submit(run_cell, *sent, key=key, pure=False)
 
     def done(self, tasks: Collection[Task]) -> Iterator[tuple[Task, Outcome]]:
         """Wait up to ``PATIENCE`` seconds for a task to end; yield ended tasks with outcomes."""

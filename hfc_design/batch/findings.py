@@ -104,7 +104,7 @@ class Group:
     def answers(self) -> list[str]:
         """Seeds with a usable design, median share of machines that pass [%]; empty if unknown."""
         yes, _, share = self._usable
-        count = sum(bool(run.use.verdict) for run in self.finished)
+        count = sum(bool(run.verdict) for run in self.finished)
         return [f"{round(yes * count)} of {count}", f"{100 * share:.4g}"] if count else []
 
     @property
@@ -115,9 +115,9 @@ class Group:
     @property
     def _usable(self) -> tuple[float, ...]:
         """Shares of the two best verdicts, median share of machines that pass; 0 if unknown."""
-        uses = [run.use for run in self.finished if run.use.verdict]
-        best = (sum(use.verdict == x for use in uses) / max(len(uses), 1) for x in VERDICTS[:2])
-        return *best, float(np.median([use.share or 0.0 for use in uses] or [0.0]))
+        runs = [run for run in self.finished if run.verdict]
+        best = (sum(run.verdict == x for run in runs) / max(len(runs), 1) for x in VERDICTS[:2])
+        return *best, float(np.median([run.share or 0.0 for run in runs] or [0.0]))
 
     def metrics(self) -> dict[str, Quartiles]:
         """Quartiles of each metric over the finished runs that have it."""
@@ -367,10 +367,8 @@ def _figure(item: Published, finished: list[Run]) -> Reproduced:
     for wanted, metric in item.sides:
         values = (run.score.get(metric) for run in finished if matches(wanted, run.settings))
         sides.append([value for value in values if value is not None])
-    simulated: float | None = None
-    if all(sides):
-        simulated, *over = (float(np.median(values)) for values in sides)
-        simulated = _ratio(simulated, over[0]) if over else simulated
+    medians = [float(np.median(values)) if values else None for values in sides]
+    simulated = _ratio(*medians) if len(medians) > 1 else medians[0]
     numbers = (item.value, simulated, _ratio(simulated, item.value), len(sides[0]))
     return Reproduced(item.figure, item.quantity, *numbers, item.remark)
 

@@ -97,7 +97,7 @@ def page(path: Path, findings: Findings) -> Page:
     metrics, meant, fitness = _metrics(path, shown)
     key = " ".join(filter(None, [key_of(shown), fitness]))
     measures = alternatives(dict.fromkeys(group.measure for group in groups))
-    judged = any(run.use.verdict for run in runs)
+    judged = any(run.verdict for run in runs)
     notes = (one for place in batches_below(path) for one in batch_notes(place))
     return rendered(
         "batch.html.j2",
@@ -209,12 +209,15 @@ def _runs(findings: Findings, keys: Sequence[str], judged: bool) -> Table:
     """Return a table of the first ``RUNS`` runs, with links to their own pages, if these exist."""
     runs, number = findings.runs, findings.number_of()
     scores = (FITNESS, MERIT) if any(MERIT in run.score for run in runs) else (FITNESS,)
-    margins = [key for key in MARGINS if any(key in run.use.margins for run in runs)]
+    margins = [key for key in MARGINS if any(key in run.margins for run in runs)]
     rows, links = [], []
     for run in runs[:RUNS]:
         row = [run.title, str(number.get(run.path, "–")), *map(run.setting, (*keys, SEED))]
         row += [run.state, *(_score(run, key) for key in scores)]
-        row += [*(run.use.row(margins) if judged else []), str(len(run.best))]
+        if judged:
+            numbers = [run.share and 100 * run.share, *map(run.margins.get, margins)]
+            row += [run.verdict or "–", *("–" if x is None else f"{x:.4g}" for x in numbers)]
+        row.append(str(len(run.best)))
         rows.append(row)
         links.append(f"{quote(run.path)}/{REPORT}" if run.page else "")
     answers = ["answer", "share [%]", *margins] if judged else []

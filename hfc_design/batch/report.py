@@ -118,12 +118,12 @@ def _run_columns(findings: Findings) -> dict[str, Column]:
 
     for key in keys(run.settings for run in runs):
         columns[key] = _of_one_type([run.settings.get(key) for run in runs])
-    if any(run.use.verdict for run in runs):
-        columns["verdict"] = [run.use.verdict or None for run in runs]
-        columns["share"] = [run.use.share for run in runs]
-        margins = keys(run.use.margins for run in runs)
-        columns |= {x: [run.use.margins.get(x) for run in runs] for x in MARGINS if x in margins}
-        columns["answer"] = [run.use.answer or None for run in runs]
+    if any(run.verdict for run in runs):
+        columns["verdict"] = [run.verdict or None for run in runs]
+        columns["share"] = [run.share for run in runs]
+        margins = keys(run.margins for run in runs)
+        columns |= {x: [run.margins.get(x) for run in runs] for x in MARGINS if x in margins}
+        columns["answer"] = [run.answer or None for run in runs]
     columns |= {x: [run.score.get(x) for run in runs] for x in keys(run.score for run in runs)}
     for key in keys(run.ranges for run in runs):
         columns[f"{key}_highest"] = [run.ranges.get(key, {}).get("highest") for run in runs]
