@@ -89,21 +89,14 @@ def state(out: Path, name: str) -> State:
 
 
 def note(out: Path, name: str, kind: Literal["failed", "seconds"], text: str) -> None:
-    """Note why a cell failed, or how many seconds it took."""
-    write_whole(_cleared(out, name, kind), (text + "\n").encode())
-
-
-def forget_failure(out: Path, name: str) -> None:
-    """Delete the note of a failure, because the cell is tried again."""
-    _cleared(out, name, "failed").unlink(missing_ok=True)
-
-
-def _cleared(out: Path, name: str, kind: str) -> Path:
-    """Return the path of a note; a folder that has this path is removed first."""
+    """Note why a cell failed, or how many seconds it took; "": remove the note."""
     path = out / NOTES / f"{name}.{kind}"
-    if path.is_dir() and not path.is_symlink():
+    if path.is_dir() and not path.is_symlink():  # a folder is no note
         shutil.rmtree(path, ignore_errors=True)
-    return path
+    if text:
+        write_whole(path, (text + "\n").encode())
+    else:
+        path.unlink(missing_ok=True)
 
 
 def waited(out: Path, what: str) -> AbstractContextManager[None]:

@@ -187,7 +187,7 @@ def _started(out: Path, cell: Cell, place: Place, claim: ExitStack) -> Any:
         return Outcome(state="again")
     if folder.state(out, cell.name) == "finished":
         return Outcome(state="finished")
-    folder.forget_failure(out, cell.name)
+    folder.note(out, cell.name, "failed", "")  # it is tried again
     tidy(path)
     try:
         if (path / design.CONFIG).exists():  # from an earlier try

@@ -185,6 +185,7 @@ def batch(
     Without --workers or --scheduler cells run one after the other, each on all cores.
     """
     from hfc_design.batch import session
+    from hfc_design.batch.plan import read_batch
     from hfc_design.batch.runner import WorkerOptions
 
     if (file is None) == (status is None):
@@ -199,7 +200,10 @@ def batch(
     if status is not None:
         session.show_status(status)
     elif file is not None:
-        options = None
+        plan, options = read_batch(file, changes), None
         if workers is not None or scheduler is not None:
             options = WorkerOptions(workers, scheduler, shared, tls)
-        session.batch(file, out, dry_run, changes, options, anyway)
+        if dry_run:
+            session.show_plan(plan.cells, plan.folder(out))
+        else:
+            session.run(plan, plan.folder(out), options, anyway)
