@@ -118,30 +118,28 @@ def sentence(groups: Sequence[Group], comparisons: Sequence[Comparison]) -> str:
             f"Usable designs of group {groups[0].label}: {answers[0]}; median share of unseen "
             f"machines that pass: {answers[1]} %. "
         )
-    return usable + _highest(highest, groups, comparisons)
-
-
-def _highest(highest: Group, groups: Sequence[Group], comparisons: Sequence[Comparison]) -> str:
     against = [item for item in comparisons if item.first is highest]
     if against and (needed := too_few(comparisons)):
         several = f"{len(comparisons)} comparisons need" if len(comparisons) > 1 else "it takes"
         return (
-            "The runs are too few to show which group is better, whatever the "
+            f"{usable}The runs are too few to show which group is better, whatever the "
             f"difference: {several} at least {needed} runs in each group."
         )
-    note, runs = _unlike(groups), len(highest.finished)
+    runs, shown = len(highest.finished), sum(item.shown for item in against)
     median = "fitness" if highest.measure == FITNESS else f"of {highest.measure}"
-    best = f"The highest median {median} is {score(highest.median)}, of group {highest.label}"
-    best += f" ({runs} run{'s' if runs > 1 else ''})"
+    best = f"{usable}The highest median {median} is {score(highest.median)}, of group "
+    best += f"{highest.label} ({runs} run{'s' if runs > 1 else ''})"
     if not against:
         searched = any(run.searched for group in groups for run in group.finished)
         chance = ", which may be chance: run each group with several seeds"
-        return f"{best}{chance if searched and len(groups) > 1 else ''}.{note}"
-    shown = sum(item.shown for item in against)
-    if len(against) > 1:
-        return f"{best}; significantly higher than {shown} of {len(against)} other groups.{note}"
-    lower = "The other group is significantly lower"
-    return f"{best}. {lower if shown else 'The difference to the other group may be chance'}.{note}"
+        best += chance if searched and len(groups) > 1 else ""
+    elif len(against) > 1:
+        best += f"; significantly higher than {shown} of {len(against)} other groups"
+    elif shown:
+        best += ". The other group is significantly lower"
+    else:
+        best += ". The difference to the other group may be chance"
+    return f"{best}.{_unlike(groups)}"
 
 
 def _unlike(groups: Sequence[Group]) -> str:

@@ -424,21 +424,17 @@ def margin_limits(scenario: Scenario, loop: Loop, genome: Any, final: bool) -> A
     With ``final``, they are those for finalists. A robust scenario requires at least stability, if
     the stability of such laws can be determined.
     """
-    if not scenario.margins and not scenario.robust:
+    robust, friction, machines = scenario.robust, scenario.stress.friction, None
+    if not scenario.margins and not robust:
         return None
+    if scenario.margins and robust and friction > 1.0:
+        within = drawn_for(scenario, RUBBING, 0)
+        machines = rubbing(scenario, within, Applied(friction=friction))
     with suppress(*[UserError] * (not scenario.margins)):
-        limits = AskedMargins(scenario, loop, _with_stress_friction(scenario), final)
+        limits = AskedMargins(scenario, loop, machines, final)
         limits.broken(genome.gains(genome.empty()))
         return limits
     return None
-
-
-def _with_stress_friction(scenario: Scenario) -> Machines | None:
-    """Return machines within the tolerances with the stress friction; None: not needed."""
-    if not (scenario.robust and scenario.margins) or scenario.stress.friction <= 1.0:
-        return None
-    machines = drawn_for(scenario, RUBBING, 0)
-    return rubbing(scenario, machines, Applied(friction=scenario.stress.friction))
 
 
 def final_problem(scenario: Scenario) -> Problem:
