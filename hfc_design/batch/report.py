@@ -5,7 +5,6 @@ import sys
 from collections.abc import Iterable, Sequence
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Any
 
 from hfc_design.batch import folder
 from hfc_design.batch.findings import Comparison, Findings, Group, Reproduced, Winner, findings
@@ -14,6 +13,7 @@ from hfc_design.batch.results import JUDGED_BY, MARGINS, Run, is_run, runs_below
 from hfc_design.batch.summary import STRUCTURES, tables
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.console import busy, show
+from hfc_design.core.numbers import Json
 from hfc_design.core.records import RunError, UserError, option
 from hfc_design.files.labels import PLAN
 from hfc_design.formats.writing import csv_text
@@ -105,38 +105,25 @@ def _write_tables(out: Path, findings: Findings, parquet: bool) -> None:
 def _run_columns(findings: Findings) -> dict[str, Column]:
     """Return the columns of ``runs.csv``: name -> a value for each run; None: it has no value."""
     runs, number = findings.runs, findings.number_of()
-    columns: dict[str, Column] = {
-        "run": [run.path for run in runs],
-        "called": [run.title for run in runs],
-        "group": [number.get(run.path) for run in runs],
-        "state": [run.state for run in runs],
-        "generations": [len(run.best) for run in runs],
-    }
-
-    def keys(tables: Iterable[Iterable[str]]) -> dict[str, None]:
-        return dict.fromkeys(key for inside in tables for key in inside)
-
-    for key in keys(run.settings for run in runs):
-        columns[key] = _of_one_type([run.settings.get(key) for run in runs])
-    if any(run.verdict for run in runs):
-        columns["verdict"] = [run.verdict or None for run in runs]
-        columns["share"] = [run.share for run in runs]
-        margins = keys(run.margins for run in runs)
-        columns |= {x: [run.margins.get(x) for run in runs] for x in MARGINS if x in margins}
-        columns["answer"] = [run.answer or None for run in runs]
-    columns |= {x: [run.score.get(x) for run in runs] for x in keys(run.score for run in runs)}
-    for key in keys(run.ranges for run in runs):
-        columns[f"{key}_highest"] = [run.ranges.get(key, {}).get("highest") for run in runs]
-    columns[JUDGED_BY] = [run.judged_by or None for run in runs]
-    columns["reason"] = [run.reason or None for run in runs]
+    judged = any(run.verdict for run in runs)
+    margins = [key for key in MARGINS if any(key in run.margins for run in runs)]
+    parts: list[tuple[Json, ...]] = []  # of a row; columns with the same names belong together
+    for run in runs:
+        numbers = {"group": number.get(run.path), "state": run.state, "generations": len(run.best)}
+        use = {"verdict": run.verdict or None, "share": run.share}
+        use |= {key: run.margins.get(key) for key in margins} | {"answer": run.answer or None}
+        highest = {f"{key}_highest": ends["highest"] for key, ends in run.ranges.items()}
+        last = {JUDGED_BY: run.judged_by or None, "reason": run.reason or None}
+        first = {"run": run.path, "called": run.title, **numbers}
+        parts.append((first, run.settings, use if judged else {}, run.score, highest, last))
+    columns: dict[str, Column] = {}
+    for part in zip(*parts, strict=True):
+        for key in dict.fromkeys(key for row in part for key in row):
+            values = [row.get(key) for row in part]
+            numeric = all(value is None or type(value) in (int, float) for value in values)
+            texts = (None if value is None else text(value) for value in values)
+            columns[key] = values if numeric else [*texts]
     return columns
-
-
-def _of_one_type(values: list[Any]) -> Column:
-    """Numbers if all values of a setting are numbers, otherwise their texts."""
-    if all(value is None or type(value) in (int, float) for value in values):
-        return values
-    return [None if value is None else text(value) for value in values]
 
 
 def _group_rows(groups: Sequence[Group]) -> Rows:
