@@ -427,5 +427,4 @@ def _curves(sources: Sequence[tuple[str, Path | None, Sequence[Group]]]) -> Figu
     if len(histories) > MOST:
         raise UserError(f"at most {MOST} curves can be told apart (got {len(histories)})")
     measure = titles.pop() if len(titles) == 1 else "merit (definitions differ)"
-    numbers = range(len(histories))
-    return searches.convergence(list(histories), list(histories.values()), numbers, measure)
+    return searches.convergence(histories, measure)

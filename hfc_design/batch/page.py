@@ -144,12 +144,11 @@ def _task(findings: Findings, task: str, draw: bool) -> dict[str, Any]:
     """Return the texts of a task on the page and, if ``draw``, its figures."""
     groups = findings.of_task(task)
     drawn = [group for group in groups if group.finished][: DRAWN if draw else 0]
-    bests = ([run.best for run in group.with_history] for group in drawn)
-    curves = {k: x for k, x in enumerate(bests) if x}
+    curves = {k: group for k, group in enumerate(drawn) if group.with_history}
     convergence = outcomes = None
     if curves:
-        labels = [drawn[k].label for k in curves]
-        convergence = searches.convergence(labels, list(curves.values()), list(curves))
+        bests = {x.label: [run.best for run in x.with_history] for x in curves.values()}
+        convergence = searches.convergence(bests, order=list(curves))
     if any(np.isfinite(group.scores).any() for group in drawn):
         scores = {group.label: group.scores for group in drawn}
         outcomes = batch_plots.outcomes(scores, groups[0].key)

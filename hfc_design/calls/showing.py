@@ -131,8 +131,8 @@ def _overlaid(results: Mapping[str, Any], title: str) -> Figure:
         for name, one in results.items():
             if one.search is None:
                 raise UserError(f"{name}: this has no search to plot; plot its .evaluation")
-        bests = [[one.search.history.best] for one in results.values()]
-        return searches.convergence([*results], bests, range(len(bests)))
+        bests = {name: [one.search.history.best] for name, one in results.items()}
+        return searches.convergence(bests)
     raise UserError("a figure of several must have only evaluations, only results or only findings")
 
 
