@@ -60,7 +60,7 @@ def keep_attained(scenario: Scenario, design: AnyDesign, folder: Path) -> Json:
 
 def kept_attained(folder: Path) -> Json | None:
     """Return the stored result of ``attained``; None if there is none. RunError: it is damaged."""
-    return read_numbers(folder / ATTAINABLE, AttainableFile)
+    return read_numbers(folder / ATTAINABLE, AttainableFile, attained_table)
 
 
 #: Heads of the columns of ``attained_table``; the last ones are of a design.

@@ -26,9 +26,11 @@ from hfc_design.runs.polishing import check_polish, polished
 from hfc_design.runs.problem import Problem, check_memory
 from hfc_design.search.loop import Search, generations, searcher
 from hfc_design.search.polish import Polished
-from hfc_design.simulation.acceptance import NO, Usable
+from hfc_design.simulation.acceptance import NO, Usable, missed_text
 from hfc_design.simulation.evaluating import Evaluation, evaluate
+from hfc_design.simulation.stability_criteria import reasons_text
 from hfc_design.simulation.usable import usable
+from hfc_design.simulation.usable_tables import motions_table, tables
 
 CONFIG, CHECKPOINT = checkpoint.CONFIG, "checkpoint.npz"
 USABLE = "usable.json"
@@ -260,7 +262,15 @@ def used(scenario: Scenario, result: Result, folder: Path, use: Usable | None = 
 
 def kept_use(folder: Path) -> Json | None:
     """Return the stored usability of a run's design, or None; RunError: the file is damaged."""
-    return stored.read_numbers(folder / USABLE, stored.UsableFile)
+    return stored.read_numbers(folder / USABLE, stored.UsableFile, _shown)
+
+
+def _shown(numbers: Json) -> object:
+    """Return what pages and the terminal show of the usability."""
+    reasons = [reasons_text(one["reasons"]) for one in numbers["motions"].values()]
+    of_all, missed = motions_table(numbers, largest=True), missed_text(numbers.get("missed", {}))
+    shown = tables(numbers)
+    return reasons, of_all, missed, shown, "".join(x for one in shown for x in one.lines)
 
 
 def _write_design(path: Path, design: Design) -> None:

@@ -15,7 +15,7 @@ from hfc_design.core import archive, checkpoint, interrupt
 from hfc_design.core.embedded_files import AnyFile
 from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import origins
-from hfc_design.core.records import Finite, NotNegative, Record, RunError, UserError, checked
+from hfc_design.core.records import Finite, Record, RunError, UserError, checked, in_a_line
 from hfc_design.core.texts import read_json
 from hfc_design.core.validation_errors import short
 from hfc_design.files.named_scenario import renamed
@@ -31,80 +31,41 @@ SPARE, SPARE_EACH = 2**24, 64
 #: Shortest time between two checkpoints [s].
 CHECKPOINT_EVERY = 2.0
 Step = TypeVar("Step")
-Item = TypeVar("Item")
-#: Name of a motion -> its values; at least one motion.
-Named = Annotated[dict[str, Item], Field(min_length=1)]
+Named = Annotated[dict[str, Json], Field(min_length=1)]  # motion -> its numbers
 
 
 class Numbers(Record):
-    """Content of a file that a page needs; other keys are allowed. Numbers must be finite."""
+    """Keys of a file that a page needs; other keys are allowed. Numbers must be finite."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
 
 
-class _Reached(Numbers):
-    bound: NotNegative
-    reached: NotNegative
-    sum_error: NotNegative | None = None
-
-
 class AttainableFile(Numbers):
-    """Content of ``attainable.json``."""
+    """Keys of ``attainable.json``."""
 
-    motions: Named[_Reached]
+    motions: Named
     left_out: str = ""
 
 
-class _Measure(Numbers):
-    median: Finite | None
-    q95: Finite | None = None  # a share has none
-    largest: Finite | None
+class _Margin(Numbers):
+    value: Finite | None  # None: without limit
+    at: str
 
 
-class _InMotion(Numbers):
-    share: Finite
-    reasons: dict[str, int]
-    asked_of: Literal["all", "nominal"] = "all"
-    measures: Annotated[dict[str, _Measure], Field(min_length=4, max_length=4)]
-
-
-class _Missed(Numbers):
-    times: Finite
-    motion: str
-
-
-class _Stress(Numbers):
-    name: str
-    holds: bool
-    share: Finite
-    merit: Finite | None
-    part: Finite
-    breaks: str
-    why: str
-
-
-class _Change(Numbers):
-    key: str
-    now: str
-    needed: str | None
-    lost: int | None
-    without: Finite
-
-
-class _WhyNot(Numbers):
-    changes: list[_Change]
-    lines: list[str]
+class _Margins(Numbers):
+    worst: dict[str, _Margin] = {}
 
 
 class UsableFile(Numbers):
-    """Content of ``usable.json``."""
+    """Keys of ``usable.json``."""
 
     usable: bool
     verdict: Literal["yes", "on this model only", "no"] | None = None  # None: an older file
-    stress: list[_Stress] = []
-    why_not: _WhyNot | None = None
+    margins: _Margins | None = None
+    stress: list[Json] = []
+    why_not: Json | None = None
     answer: Annotated[str, Field(min_length=1)]
-    missed: dict[str, _Missed] = {}
+    missed: dict[str, Json] = {}
     spread: Finite
     machines: int
     share: Finite
@@ -115,7 +76,7 @@ class UsableFile(Numbers):
     repeats: dict[str, Finite | None] = {}
     chaotic: bool = False
     units: Annotated[dict[str, str], Field(min_length=3, max_length=3)]
-    motions: Named[_InMotion]
+    motions: Named
 
 
 def made_by(scenario: Scenario, folder: Path) -> dict[str, str]:
@@ -206,14 +167,24 @@ def checkpointed(
     return done
 
 
-def read_numbers(path: Path, model: type[Numbers]) -> Json | None:
-    """Return the numbers in a file of a run; None if there is no file. RunError: it is damaged."""
+def read_numbers(path: Path, model: type[Numbers], show: Callable[[Json], object]) -> Json | None:
+    """Return the numbers in a file of a run; None if there is no file.
+
+    ``show`` makes of the numbers what pages contain of them.
+
+    Raises:
+        RunError: the file is damaged: a key is missing or wrong, or the numbers cannot be shown.
+    """
     if not path.exists():
         return None
     try:
         numbers: Json = read_json(path)
         checked(model, numbers, path, path.parent)
+        show(numbers)
     except UserError as error:
         fault = str(error.args[0]).removeprefix(f"{path}: ")[:100]
-        raise RunError(f"{path}: {fault}; remove the damaged file") from None
-    return numbers
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        fault = in_a_line(f"cannot be shown ({type(error).__name__}: {error})")[:100]
+    else:
+        return numbers
+    raise RunError(f"{path}: {fault}; remove the damaged file")
