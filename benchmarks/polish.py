@@ -76,14 +76,14 @@ class Residuals:
 
     def _errors(self, x: Floats) -> tuple[Floats, Floats]:
         """Errors (steps,) and their derivative by the numbers of the gains."""
-        loop, machines, (samples,), _ = self.problem.parts
+        loop, machines, (samples,) = self.problem.loop, self.problem.machines, self.problem.motions
         gains = self.problem.genome.gains(self.own.members(np.asarray(x)[None]))
         about = (loop, machines, samples, gains)
         return simulate.jacobians(*about, ("error",), np.float64)["error"]
 
     def values(self, x: Floats) -> Floats:
         """(steps,) of a point."""
-        loop, machines, (samples,), _ = self.problem.parts
+        loop, machines, (samples,) = self.problem.loop, self.problem.machines, self.problem.motions
         gains = self.problem.genome.gains(self.own.members(np.asarray(x)[None]))
         _, (motion,), _ = simulate.trajectories(loop, machines, [samples], gains)[0]
         return np.asarray((motion.error[:, 0] ** 2 + self.floor**2) ** 0.25)

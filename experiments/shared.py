@@ -13,10 +13,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from experiments.steps import FILE, FINER, WINDOWED, Ranged, Ranges, finer
+from hfc_design.batch.findings import Reproduced, reproduced
 from hfc_design.batch.folder import batch_notes
 from hfc_design.batch.plan import LABEL, Published, matches
-from hfc_design.batch.reproduction import Reproduced, published_table, reproduced
 from hfc_design.batch.results import Run, batches_below, runs_below
+from hfc_design.batch.summary import published_table
 from hfc_design.core.records import UserError
 from hfc_design.plotting.figure import OTHER, OWN, framed
 from hfc_design.runs.run import finished_run

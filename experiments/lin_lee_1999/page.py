@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from experiments.lin_lee_1999 import pictures
 from experiments.lin_lee_1999.pictures import SEVEN, SIX, Case
 from experiments.shared import HEAD, Batch, markdown
-from hfc_design.batch.groups import grouped
-from hfc_design.batch.structures import winners
+from hfc_design.batch.findings import grouped, winners
+from hfc_design.batch.summary import winner_table
 from hfc_design.cli.usage import Plain
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.plotting.files import small_address
@@ -72,7 +72,8 @@ def motions(batch: Batch, case: Case) -> str:
 def structures(batch: Batch) -> str:
     """Which hierarchies the searches ended with."""
     found = winners(grouped(batch.runs))
-    rows = [[one.group.label.partition(": ")[2], one.row[0], *one.row[2:]] for one in found]
+    named = zip(found, winner_table(found).rows, strict=True)
+    rows = [[one.group.label.partition(": ")[2], row[0], *row[2:]] for one, row in named]
     return markdown(("search", "structure", "runs", "share [%]", "best", "median"), rows)
 
 

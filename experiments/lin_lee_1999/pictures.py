@@ -60,8 +60,7 @@ def shown(batch: Batch, case: Case) -> dict[str, Evaluation]:
 def convergence(batch: Batch, case: Case) -> Figure:
     """Figs. 6a and 7a: the best fitness so far, and that of the printed table."""
     runs = {name: of_label(batch, label) for name, label in case.searches.items()}
-    bests = [[run.best for run in own] for own in runs.values()]
-    figure = searches.convergence(list(runs), bests, range(len(runs)), "merit")
+    figure = searches.convergence({name: [x.best for x in own] for name, own in runs.items()})
     axes = figure.axes[0]
     printed = of_label(batch, case.table)[0].score["fitness"] or 0.0
     axes.axhline(printed, color="black", lw=1, ls=":")

@@ -23,7 +23,7 @@ def main() -> None:
     for task in ("ramp", "cutting"):
         field = Field(GROUNDS[task])
         genome = field.problem.genome
-        loop, machines, motions, _ = field.problem.parts
+        loop, machines, motions = field.problem.loop, field.problem.machines, field.problem.motions
         tree = np.zeros(LANES, int)
         gains = genome.gains(genome.fresh(tree, np.random.default_rng(0)))
         one = genome.gains(taken(genome.fresh(tree, np.random.default_rng(0)), slice(1)))

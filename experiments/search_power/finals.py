@@ -53,7 +53,7 @@ def _single(field: Field, seeds: Sequence[Seed]) -> Final:
 
 
 def _ranked(field: Field, population: Population) -> Floats:
-    loop, machines, motions, _ = field.problem.parts
+    loop, machines, motions = field.problem.loop, field.problem.machines, field.problem.motions
     gains = field.problem.genome.gains(_filled(population))
     judged = simulate.scores(loop, machines, motions, gains, np.float64)
     return judged.rank[: len(population.tree), 0, 0]
@@ -61,7 +61,7 @@ def _ranked(field: Field, population: Population) -> Floats:
 
 def _repeated(field: Field, population: Population) -> Floats:
     """(n,) what each is worth."""
-    loop, machines, motions, _ = field.problem.parts
+    loop, machines, motions = field.problem.loop, field.problem.machines, field.problem.motions
     louder = loop._replace(controller=ScaledCommand(loop.controller))
     found = []
     at_once = min(REPEATED_AT_ONCE, _power_of_two(len(population.tree)))

@@ -120,7 +120,7 @@ class Counted(Problem):
             task = task._replace(hardest=self._counted(hardest))
         if differ is None:
             return task
-        steps = len(self.parts.motions[0].time)
+        steps = len(self.motions[0].time)
 
         def paid(individual: Population, chosen: Integers) -> Linear | None:
             assert differ is not None
@@ -148,8 +148,7 @@ class Field:
         self.ground = ground
         self.scenario = load_scenario(ground.scenario, {**ground.changes, **(changes or {})})
         self.problem = Counted(self.scenario)
-        parts = self.problem.parts
-        self.steps = sum(len(motion.time) for motion in parts.motions)
+        self.steps = sum(len(motion.time) for motion in self.problem.motions)
         robust = self.scenario.robust
         #: Samples of an individual that is simulated to the end.
         self.whole = self.steps * (robust.first if robust else 1)
@@ -214,7 +213,7 @@ class Field:
         return run()
 
     def _block(self, population: Population, needed: Floats) -> tuple[Floats, Floats]:
-        loop, machines, (samples,), _ = self.problem.parts
+        loop, machines, (samples,) = self.problem.loop, self.problem.machines, self.problem.motions
         gains = self.problem.genome.gains(population)
         dtype = np.dtype(self.scenario.run.precision)
         judged, simulated = simulate.scores_needed(loop, machines, samples, gains, needed, dtype)

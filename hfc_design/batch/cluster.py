@@ -14,7 +14,7 @@ from pathlib import Path
 
 from hfc_design import __version__
 from hfc_design.batch.plan import Cell
-from hfc_design.batch.runner import PATIENCE, Lost, Outcome, Place, unfinished
+from hfc_design.batch.runner import PATIENCE, Lost, Outcome, Place, Tls, unfinished
 from hfc_design.core.numbers import Json, cores
 from hfc_design.core.plugins import given
 from hfc_design.core.records import RunError, UserError, checked, option
@@ -26,7 +26,7 @@ try:
     from distributed.comm.core import connect
     from distributed.security import Security
 
-    from hfc_design.batch.worker import answer, contents, gpus
+    from hfc_design.batch.worker import contents, gpus, run_cell
 except ImportError:
     raise UserError(
         f"{option('workers')} and --scheduler need the package distributed: "
@@ -40,8 +40,6 @@ ANSWER_WITHIN = "10s"
 PLAIN = ["dask", "msgpack"]
 #: Settings of Dask's web servers, which would be open to every user of this machine.
 PAGES = "distributed.scheduler.http.routes", "distributed.worker.http.routes"
-#: Files: certificate of the authority, our own certificate, our key; three times None without TLS.
-Tls = tuple[Path | None, Path | None, Path | None]
 #: The run of a cell on a worker.
 Task = Future[Json]
 
@@ -69,7 +67,7 @@ class Workers(Place):
         sent = (__version__, cell.name, where, files, given(), self.anyway)
         with self._reached():
             key = f"{cell.name}-{uuid.uuid4().hex}"
-            return self._client.submit(answer, *sent, key=key, pure=False)
+            return self._client.submit(run_cell, *sent, key=key, pure=False)
 
     def done(self, tasks: Collection[Task]) -> Iterator[tuple[Task, Outcome]]:
         """Wait up to ``PATIENCE`` seconds for a task to end; yield ended tasks with outcomes."""

@@ -16,7 +16,7 @@ from hfc_design.core import lock
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.numbers import Json, number_or_none
 from hfc_design.core.records import Name, Record, UserError, checked, in_a_line
-from hfc_design.core.texts import LARGEST_TABLE, as_user_error, content, decoded, json_of
+from hfc_design.core.texts import LARGEST_TABLE, content, decoded, read_json
 from hfc_design.files.labels import PLAN
 from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN
 
@@ -89,21 +89,14 @@ def state(out: Path, name: str) -> State:
 
 
 def note(out: Path, name: str, kind: Literal["failed", "seconds"], text: str) -> None:
-    """Note why a cell failed, or how many seconds it took."""
-    write_whole(_cleared(out, name, kind), (text + "\n").encode())
-
-
-def forget_failure(out: Path, name: str) -> None:
-    """Delete the note of a failure, because the cell is tried again."""
-    _cleared(out, name, "failed").unlink(missing_ok=True)
-
-
-def _cleared(out: Path, name: str, kind: str) -> Path:
-    """Return the path of a note; a folder that has this path is removed first."""
+    """Note why a cell failed, or how many seconds it took; "": remove the note."""
     path = out / NOTES / f"{name}.{kind}"
-    if path.is_dir() and not path.is_symlink():
+    if path.is_dir() and not path.is_symlink():  # a folder is no note
         shutil.rmtree(path, ignore_errors=True)
-    return path
+    if text:
+        write_whole(path, (text + "\n").encode())
+    else:
+        path.unlink(missing_ok=True)
 
 
 def waited(out: Path, what: str) -> AbstractContextManager[None]:
@@ -118,9 +111,7 @@ def waited(out: Path, what: str) -> AbstractContextManager[None]:
 
 
 def _plan_file(out: Path) -> PlanFile:
-    with as_user_error(out / PLAN):
-        plan = json_of(decoded(content(out / PLAN, LARGEST_TABLE)))
-    return checked(PlanFile, plan, out / PLAN, out)
+    return checked(PlanFile, read_json(out / PLAN, LARGEST_TABLE), out / PLAN, out)
 
 
 def _text(out: Path, name: str, kind: str) -> str:

@@ -2,31 +2,53 @@
 
 import sys
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
 import numpy as np
+from matplotlib.figure import Figure
 
-from hfc_design.batch.comparisons import ALPHA, COMPARED, EXACT, Comparison, too_few
-from hfc_design.batch.findings import Findings
-from hfc_design.batch.groups import FITNESS, MERIT, Group, group_table
+from hfc_design.batch.findings import (
+    ALPHA,
+    COMPARED,
+    EXACT,
+    FITNESS,
+    MERIT,
+    Comparison,
+    Findings,
+    Group,
+    Reproduced,
+    Winner,
+    too_few,
+)
+from hfc_design.batch.folder import batch_notes
 from hfc_design.batch.plan import OWN_KEYS
-from hfc_design.batch.reproduction import published_table, ratios
-from hfc_design.batch.results import MARGINS, Run, listed, text
-from hfc_design.batch.structures import winner_table
-from hfc_design.batch.summary_text import broken, key_of, sentence
+from hfc_design.batch.results import MARGINS, Run, batches_below, listed, text
+from hfc_design.batch.summary import (
+    broken,
+    group_table,
+    key_of,
+    published_table,
+    sentence,
+    winner_table,
+)
 from hfc_design.core.plugins import uses
 from hfc_design.core.records import UserError, in_a_line
 from hfc_design.core.tables import MISSING, Table
 from hfc_design.core.wording import alternatives
+from hfc_design.files.design import Design
 from hfc_design.files.labels import LABEL, SEED
+from hfc_design.files.loop_setup import load_design
 from hfc_design.files.scenario import Scenario
+from hfc_design.plotting.figure import LARGEST
 from hfc_design.plotting.numbers import digits, metric, score
 from hfc_design.plotting.section import Drawing
-from hfc_design.report import REPORT, Page, batch_plots, rendered, searches
+from hfc_design.report import REPORT, Page, batch_plots, capital, rendered, searches
 from hfc_design.report.comparison.tables import best, p_text, titled
+from hfc_design.report.designs import picture
 from hfc_design.report.parts import fitness_told
 from hfc_design.runs.run import DESIGN, opened_run, provenance
 from hfc_design.simulation.comparison import SCORES
@@ -37,6 +59,8 @@ from hfc_design.simulation.repeats import TOLD, range_text
 TASKS, DRAWN = 6, 10
 #: Largest numbers of rows of the tables on the page; the CSV files have all rows.
 GROUPS, COMPARISONS, TROUBLES, RUNS = 200, 100, 200, 5000
+#: Largest numbers of ratios of published figures, and of groups whose best structure is drawn.
+RATIOS, TREES = 60, 6
 #: A table of more runs than this is folded until a reader opens it.
 UNFOLDED = 60
 CAPTION = (
@@ -59,9 +83,7 @@ TROUBLE = (
 )
 
 
-def page(
-    path: Path, descriptions: Iterable[str], findings: Findings, trees: Sequence[Drawing]
-) -> Page:
+def page(path: Path, findings: Findings) -> Page:
     """Return the page of the runs below ``path``; the same runs give the same bytes."""
     runs, groups, comparisons, figures, winners = findings
     differing = list(groups[0].settings) if groups else []
@@ -71,23 +93,24 @@ def page(
     troubles = [run for run in runs if run.reason or run.state != "finished"]
     searched = [group for group in groups if any(run.searched for run in group.runs)]
     known = next((run.settings for run in runs if run.settings), {})
-    shown = groups[:GROUPS]
+    shown, trees = groups[:GROUPS], _trees(path, winners)
     metrics, meant, fitness = _metrics(path, shown)
     key = " ".join(filter(None, [key_of(shown), fitness]))
     measures = alternatives(dict.fromkeys(group.measure for group in groups))
-    needed = too_few(comparisons)
-    judged = any(run.use.verdict for run in runs)
+    judged = any(run.verdict for run in runs)
+    notes = (one for place in batches_below(path) for one in batch_notes(place))
     return rendered(
         "batch.html.j2",
         path.resolve().name,
         name=path.resolve().name,
-        descriptions=descriptions,
+        findings=findings,
+        descriptions=[one.description for one in notes if one.description],
         counts=listed(counts),
         tasks=[_task(findings, task, k < TASKS) for k, task in enumerate(findings.tasks)],
         same=[(key, text(known[key])) for key in known if key not in (*differing, SEED)],
         labelled=labelled,
         published=published_table(figures),
-        ratios=ratios(figures),
+        ratios=_ratios(figures),
         random=any(run.searched for run in runs),
         repeated=counts["finished"] - sum(len(group.finished) for group in groups),
         merits=any(group.measure != FITNESS for group in groups),
@@ -95,21 +118,17 @@ def page(
         repeats=TOLD,
         few=sum(len(group.finished) < 5 for group in searched),  # given designs: not random
         group_table=_groups(shown, keys, judged, measures, fitness),
-        groups=len(groups),
         metrics=metrics._replace(key=f" {key}"),
         meant=meant,
         fitness=fitness,
         winner_table=winner_table(winners[:GROUPS], f" {key}"),
-        winners=len(winners),
         broken=broken([*{one.group.number: one.group for one in winners}.values()]),
         trees=trees,
         comparison_table=_comparisons(comparisons, measures, f" {key}"),
-        comparisons=len(comparisons),
-        too_few=needed,
+        too_few=too_few(comparisons),
         alpha=ALPHA,
         exact=EXACT,
         compared=COMPARED,
-        left_out=any(len(findings.of_task(task)) > COMPARED for task in findings.tasks),
         trouble_table=Table(
             TROUBLE,
             ["run", "state", "reason"],
@@ -117,9 +136,7 @@ def page(
         ),
         troubles=len(troubles),
         run_table=_runs(findings, keys, judged),
-        judged=judged,
-        runs=len(runs),
-        unfolded=len(runs) <= UNFOLDED,
+        unfolded=UNFOLDED,
     )
 
 
@@ -127,12 +144,11 @@ def _task(findings: Findings, task: str, draw: bool) -> dict[str, Any]:
     """Return the texts of a task on the page and, if ``draw``, its figures."""
     groups = findings.of_task(task)
     drawn = [group for group in groups if group.finished][: DRAWN if draw else 0]
-    bests = ([run.best for run in group.with_history] for group in drawn)
-    curves = {k: x for k, x in enumerate(bests) if x}
+    curves = {k: group for k, group in enumerate(drawn) if group.with_history}
     convergence = outcomes = None
     if curves:
-        labels = [drawn[k].label for k in curves]
-        convergence = searches.convergence(labels, list(curves.values()), list(curves))
+        bests = {x.label: [run.best for run in x.with_history] for x in curves.values()}
+        convergence = searches.convergence(bests, order=list(curves))
     if any(np.isfinite(group.scores).any() for group in drawn):
         scores = {group.label: group.scores for group in drawn}
         outcomes = batch_plots.outcomes(scores, groups[0].key)
@@ -152,13 +168,12 @@ def _groups(
 ) -> Table:
     """Table of the groups; each task's best median and best run are marked."""
     places: list[list[int]] = [[] for _ in groups]
-    finished = [(k, group) for k, group in enumerate(groups) if group.finished]
-    for place, value in (
-        (len(keys) + 2, lambda x: x.median),
-        (len(keys) + 4, lambda x: x.scores.max()),
-    ):
-        for k in _best_of_tasks([x for _, x in finished], [value(x) for _, x in finished], -1):
-            places[finished[k][0]].append(place)
+    finished = [k for k, group in enumerate(groups) if group.finished]
+    some = [groups[k] for k in finished]
+    medians, bests = [x.median for x in some], [x.scores.max() for x in some]
+    for place, values in ((len(keys) + 2, medians), (len(keys) + 4, bests)):
+        for k in _best_of_tasks(some, values, -1):
+            places[finished[k]].append(place)
     first = "the group that is usable most often" if judged else "the highest median"
     names = [[str(x.number), *(x.settings[key] for key in keys)] for x in groups]
     about = OF_GROUPS.format(measures, first)
@@ -193,12 +208,15 @@ def _runs(findings: Findings, keys: Sequence[str], judged: bool) -> Table:
     """Return a table of the first ``RUNS`` runs, with links to their own pages, if these exist."""
     runs, number = findings.runs, findings.number_of()
     scores = (FITNESS, MERIT) if any(MERIT in run.score for run in runs) else (FITNESS,)
-    margins = [key for key in MARGINS if any(key in run.use.margins for run in runs)]
+    margins = [key for key in MARGINS if any(key in run.margins for run in runs)]
     rows, links = [], []
     for run in runs[:RUNS]:
         row = [run.title, str(number.get(run.path, "–")), *map(run.setting, (*keys, SEED))]
         row += [run.state, *(_score(run, key) for key in scores)]
-        row += [*(run.use.row(margins) if judged else []), str(len(run.best))]
+        if judged:
+            numbers = [run.share and 100 * run.share, *map(run.margins.get, margins)]
+            row += [run.verdict or "–", *("–" if x is None else f"{x:.4g}" for x in numbers)]
+        row.append(str(len(run.best)))
         rows.append(row)
         links.append(f"{quote(run.path)}/{REPORT}" if run.page else "")
     answers = ["answer", "share [%]", *margins] if judged else []
@@ -263,3 +281,49 @@ def _fitness(groups: Sequence[Group], scenarios: Mapping[str, Scenario]) -> str:
     tasks = {group.task for group in groups if group.finished and group.key == FITNESS}
     texts = {fitness_told(scenarios[task]) if task in scenarios else "" for task in tasks}
     return f"{texts.pop()}." if len(texts) == 1 and texts != {""} else ""
+
+
+def _ratios(figures: Sequence[Reproduced]) -> Figure | None:
+    """Return a picture of the first ``RATIOS`` positive ratios; None if there are none."""
+    shown = [item for item in figures if 1 / LARGEST < (item.ratio or 0) < LARGEST][:RATIOS]
+    names = ((f"{item.figure} {item.quantity}".strip(), item.remark) for item in shown)
+    labels = [", ".join(filter(None, parts)) for parts in names]
+    return batch_plots.ratios(labels, [item.ratio or 0 for item in shown]) if shown else None
+
+
+def _trees(path: Path, winners: Sequence[Winner]) -> list[Drawing]:
+    """Draw the most frequent structure of each of the first groups below ``path``.
+
+    The drawing shows the structure's best run. Kinds of controller without such a picture are
+    skipped; so are designs that cannot be read, with a warning.
+    """
+    first = {x.group.number: x for x in reversed(winners)}
+    drawings = []
+    for _, winner in sorted(first.items())[:TREES]:
+        place = winner.runs[0].path
+        try:
+            design = load_design(str(path / place))
+        except UserError as error:
+            warning = f"hfc: warning: the structure of {place} is not drawn"
+            print(in_a_line(f"{warning}: {error.lines[0]}"), file=sys.stderr)
+            continue
+        with suppress(UserError):
+            drawings += list(_trees_of(winner, design))
+    return drawings
+
+
+def _trees_of(winner: Winner, design: Design) -> Iterator[Drawing]:
+    """Yield the trees of the winner's best design; axes with the same tree are drawn once."""
+    runs, searches = winner.runs, winner.searches
+    parts: dict[Any, list[str]] = {}
+    for axis, part in design.by_axis().items():
+        parts.setdefault(part.kind.structure(part.controller), []).append(axis)
+    for axes in (axes for structure, axes in parts.items() if structure):
+        axis = axes[0]
+        names = f", {'axes' if len(axes) > 1 else 'axis'} {' and '.join(axes)}"
+        which = f"group {winner.group.label}" + names * bool(axis)
+        count = f"{len(runs)} of {searches} searches ended with this structure, the best of them"
+        if len(runs) == 1 < searches:
+            count = "no two searches ended with the same structure; this is the best one's,"
+        text = f"{capital(which)}: {count} {runs[0].path}; the scales are those of that run."
+        yield Drawing(picture(design, "tree", axis=axis), f"Best structure of {which}", text)

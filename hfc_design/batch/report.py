@@ -2,21 +2,18 @@
 
 import io
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Any
 
-from hfc_design.batch import folder, results
-from hfc_design.batch.comparisons import Comparison
-from hfc_design.batch.findings import Findings, findings
-from hfc_design.batch.groups import Group
+from hfc_design.batch import folder
+from hfc_design.batch.findings import Comparison, Findings, Group, Reproduced, Winner, findings
 from hfc_design.batch.page import page
-from hfc_design.batch.reproduction import Reproduced
-from hfc_design.batch.results import JUDGED_BY, MARGINS, Run, batches_below, is_run, runs_below
-from hfc_design.batch.structures import STRUCTURES, structure_rows, trees_of
-from hfc_design.batch.summary_text import show_findings
+from hfc_design.batch.results import JUDGED_BY, MARGINS, Run, is_run, runs_below, text
+from hfc_design.batch.summary import STRUCTURES, tables
 from hfc_design.core.checkpoint import write_whole
+from hfc_design.core.console import busy, show
+from hfc_design.core.numbers import Json
 from hfc_design.core.records import RunError, UserError, option
 from hfc_design.files.labels import PLAN
 from hfc_design.formats.writing import csv_text
@@ -36,40 +33,37 @@ def report(
     path: Path,
     each: bool = False,
     parquet: bool = False,
-    tell: Callable[[Path, Findings | None], None] = show_findings,
     paper: Paper | None = None,
+    quiet: bool = False,
 ) -> None:
     """Write the page of a run, or page and tables of all runs below a folder.
 
     ``each`` also writes the missing pages of finished runs, ``parquet`` also a table as Parquet.
-    ``tell`` is called with the path of the page, and with the findings of all runs or, for a single
-    run, None. ``paper`` selects parts of the page that are also written as files for a paper.
+    ``paper`` selects parts of the page that are also written as files for a paper. Unless
+    ``quiet``, the findings of several runs and the path of the page are printed.
 
     Raises:
         UserError: there is no run, a single run is not finished, or ``parquet`` lacks pyarrow.
         RunError: a page could not be written.
     """
-    if is_run(path):
-        if each or parquet:
-            options = f"{option('each', True)} and --parquet"
-            raise UserError(f"{path}: is a run; {options} are for folders of runs")
-        write_page(*finished_run(path), path, paper=paper)
-        tell(path / REPORT, None)
-        return
-    batch = (path / PLAN).exists()  # only one process at a time may write its report
-    with folder.waited(path, "report") if batch else nullcontext():
-        runs = runs_below(path)
-        failed = 0
-        if each:
-            failed = _write_missing(path, runs)
-            runs = runs_below(path)
-        result = findings(path, runs)
-        _write_tables(path, result, parquet)
-        texts = [notes.description for x in batches_below(path) for notes in folder.batch_notes(x)]
-        trees = trees_of(path, result.winners)
-        content = page(path, filter(None, texts), result, trees)
-        write_with_parts(path / REPORT, content, paper)
-    tell(path / REPORT, result)
+    shown, failed = [], 0
+    with nullcontext() if quiet else busy("writing the pages"):
+        if is_run(path):
+            if each or parquet:
+                options = f"{option('each', True)} and --parquet"
+                raise UserError(f"{path}: is a run; {options} are for folders of runs")
+            write_page(*finished_run(path), path, paper=paper)
+        else:
+            batch = (path / PLAN).exists()  # only one process at a time may write its report
+            with folder.waited(path, "report") if batch else nullcontext():
+                failed = _write_missing(path, runs_below(path)) if each else 0
+                found = findings(path)
+                _write_tables(path, found, parquet)
+                write_with_parts(path / REPORT, page(path, found), paper)
+            shown = tables(found)
+    if not quiet:
+        show(*shown)
+        print(path / REPORT)
     if failed:
         raise RunError(f"{failed} of the runs could not get a page")
 
@@ -101,7 +95,7 @@ def _write_tables(out: Path, findings: Findings, parquet: bool) -> None:
     if findings.figures:
         rows[PUBLISHED] = [Reproduced._fields, *findings.figures]
     if findings.winners:
-        rows[STRUCTURES] = structure_rows(findings.winners)
+        rows[STRUCTURES] = _winner_rows(findings.winners)
     for name, table in rows.items():
         write_whole(out / name, csv_text(table).encode())
     if parquet:
@@ -111,38 +105,25 @@ def _write_tables(out: Path, findings: Findings, parquet: bool) -> None:
 def _run_columns(findings: Findings) -> dict[str, Column]:
     """Return the columns of ``runs.csv``: name -> a value for each run; None: it has no value."""
     runs, number = findings.runs, findings.number_of()
-    columns: dict[str, Column] = {
-        "run": [run.path for run in runs],
-        "called": [run.title for run in runs],
-        "group": [number.get(run.path) for run in runs],
-        "state": [run.state for run in runs],
-        "generations": [len(run.best) for run in runs],
-    }
-
-    def keys(tables: Iterable[Iterable[str]]) -> dict[str, None]:
-        return dict.fromkeys(key for inside in tables for key in inside)
-
-    for key in keys(run.settings for run in runs):
-        columns[key] = _of_one_type([run.settings.get(key) for run in runs])
-    if any(run.use.verdict for run in runs):
-        columns["verdict"] = [run.use.verdict or None for run in runs]
-        columns["share"] = [run.use.share for run in runs]
-        margins = keys(run.use.margins for run in runs)
-        columns |= {x: [run.use.margins.get(x) for run in runs] for x in MARGINS if x in margins}
-        columns["answer"] = [run.use.answer or None for run in runs]
-    columns |= {x: [run.score.get(x) for run in runs] for x in keys(run.score for run in runs)}
-    for key in keys(run.ranges for run in runs):
-        columns[f"{key}_highest"] = [run.ranges.get(key, {}).get("highest") for run in runs]
-    columns[JUDGED_BY] = [run.judged_by or None for run in runs]
-    columns["reason"] = [run.reason or None for run in runs]
+    judged = any(run.verdict for run in runs)
+    margins = [key for key in MARGINS if any(key in run.margins for run in runs)]
+    parts: list[tuple[Json, ...]] = []  # of a row; columns with the same names belong together
+    for run in runs:
+        numbers = {"group": number.get(run.path), "state": run.state, "generations": len(run.best)}
+        use = {"verdict": run.verdict or None, "share": run.share}
+        use |= {key: run.margins.get(key) for key in margins} | {"answer": run.answer or None}
+        highest = {f"{key}_highest": ends["highest"] for key, ends in run.ranges.items()}
+        last = {JUDGED_BY: run.judged_by or None, "reason": run.reason or None}
+        first = {"run": run.path, "called": run.title, **numbers}
+        parts.append((first, run.settings, use if judged else {}, run.score, highest, last))
+    columns: dict[str, Column] = {}
+    for part in zip(*parts, strict=True):
+        for key in dict.fromkeys(key for row in part for key in row):
+            values = [row.get(key) for row in part]
+            numeric = all(value is None or type(value) in (int, float) for value in values)
+            texts = (None if value is None else text(value) for value in values)
+            columns[key] = values if numeric else [*texts]
     return columns
-
-
-def _of_one_type(values: list[Any]) -> Column:
-    """Numbers if all values of a setting are numbers, otherwise their texts."""
-    if all(value is None or type(value) in (int, float) for value in values):
-        return values
-    return [None if value is None else results.text(value) for value in values]
 
 
 def _group_rows(groups: Sequence[Group]) -> Rows:
@@ -154,6 +135,15 @@ def _group_rows(groups: Sequence[Group]) -> Rows:
     for x, item in zip(groups, medians, strict=True):
         which = [x.number, x.task, x.measure, *x.settings.values(), len(x.runs), len(x.scores)]
         yield [*which, *(value for key in metrics for value in item.get(key, (None,) * 3))]
+
+
+def _winner_rows(winners: Iterable[Winner]) -> Rows:
+    counted = ["runs", "searches", "share", "share_low", "share_high"]
+    yield ["group", "task", "measure", "structure", *counted, "best", "median", "best_run"]
+    for x in winners:
+        which = [x.group.number, x.group.task, x.group.measure, x.structure]
+        shares = [len(x.runs), x.searches, x.share, *x.interval]
+        yield [*which, *shares, x.best, x.median, x.runs[0].path]
 
 
 def _comparison_rows(comparisons: Sequence[Comparison]) -> Rows:

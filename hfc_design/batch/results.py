@@ -6,7 +6,7 @@ all the same. Designs are read as plain JSON, so that runs of another version co
 
 import json
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from math import isfinite
 from pathlib import Path
@@ -37,20 +37,6 @@ SAID = ("name", "description")
 State = folder.State | Literal["unreadable"]
 
 
-class Use(NamedTuple):
-    """Usability of a run's design; empty if it was not evaluated."""
-
-    verdict: str = ""  # one of ``VERDICTS``
-    share: float | None = None  # of unseen machines that pass
-    margins: dict[str, float] = {}  # worst value of each of ``MARGINS``, if it is known
-    answer: str = ""
-
-    def row(self, margins: Iterable[str]) -> list[str]:
-        """Verdict, share [%] and these margins as cells of a table."""
-        numbers = [self.share and 100 * self.share, *map(self.margins.get, margins)]
-        return [self.verdict or "–", *("–" if x is None else f"{x:.4g}" for x in numbers)]
-
-
 class Run(NamedTuple):
     """A run as described by its folder."""
 
@@ -65,7 +51,10 @@ class Run(NamedTuple):
     judged_by: str = ""  # title of the merit; "": not finished, or made by an earlier version
     ranges: dict[str, Json] = {}  # ends of a chaotic fitness or merit; ``score`` has the lowest
     structure: str = ""  # of its design; "" if its kind of controller has only one
-    use: Use = Use()  # whether its design can be used
+    verdict: str = ""  # whether its design can be used, one of ``VERDICTS``; "": not evaluated
+    share: float | None = None  # of unseen machines that pass
+    margins: dict[str, float] = {}  # worst value of each of ``MARGINS``, if it is known
+    answer: str = ""  # the whole line on whether its design can be used
     called: str = ""  # label of its cell in the batch; "" outside a batch
 
     @property
@@ -75,8 +64,8 @@ class Run(NamedTuple):
 
     def place(self) -> tuple[float, ...]:
         """Sort key among runs, the best first: usability of the design, share, merit."""
-        numbers = (-(x or 0.0) for x in (self.use.share, self.score.get("merit")))
-        return [*VERDICTS, ""].index(self.use.verdict), *numbers
+        numbers = (-(x or 0.0) for x in (self.share, self.score.get("merit")))
+        return [*VERDICTS, ""].index(self.verdict), *numbers
 
     def setting(self, key: str) -> str:
         """Text of a setting; a dash if it is missing."""
@@ -117,7 +106,7 @@ def runs_below(path: Path) -> list[Run]:
     runs = planned + _told_apart(alone, {key for run in planned for key in run.settings})
     if not runs:
         raise UserError(f"{path}: holds no runs ({PLAN}, or folders with a {CONFIG})")
-    return sorted(runs, key=Run.place) if any(run.use.verdict for run in runs) else runs
+    return sorted(runs, key=Run.place) if any(run.verdict for run in runs) else runs
 
 
 def best_usable(path: Path) -> Run:
@@ -127,11 +116,11 @@ def best_usable(path: Path) -> Run:
         UserError: there is no such run, or no run states whether its design is usable.
     """
     first = runs_below(path)[0]
-    if first.use.verdict == YES:
+    if first.verdict == YES:
         return first
-    near = f"the closest is {first.title}, with the answer {first.use.answer}"
+    near = f"the closest is {first.title}, with the answer {first.answer}"
     none = "usability is judged only in scenarios with [robust]"
-    reason = near if first.use.verdict else none
+    reason = near if first.verdict else none
     raise UserError(f"{path}: no run has a usable design; {reason}")
 
 
@@ -179,27 +168,24 @@ def _told_apart(runs: list[Run], known: set[str]) -> list[Run]:
 
 
 def _read(path: Path, top: Path, settings: Json, state: State, reason: str = "") -> Run:
+    """Return a run with what its files say; a file that cannot be read is its ``reason``."""
     searched, page = not (path / GIVEN).exists(), (path / REPORT).exists()
     run = Run(_below(path, top), settings, state, reason, searched=searched, page=page)
-    if state == "finished":
-        run = _with(_with(run, path / DESIGN, _ended), path / USABLE, _use)
-    if (path / HISTORY).exists() or (run.state == "finished" and searched):
-        run = _with(run, path / HISTORY, _history)
-    if state in ("running", "broken off") and not run.reason:
+    files = {DESIGN: _ended, USABLE: _use} if state == "finished" else {}
+    if (files and searched) or (path / HISTORY).exists():
+        files[HISTORY] = _history
+    for name, fields in files.items():
+        try:
+            run = run._replace(**fields(path / name))
+        except ValueError as error:
+            fault = in_a_line(f"{name}: {error}")  # the same in every folder
+            run = run._replace(reason=f"{run.reason}; {fault}".removeprefix("; "))
+            if name == DESIGN:
+                run = run._replace(state="unreadable")
+    if run.state in ("running", "broken off") and not run.reason:
         done = f"after {len(run.best)} generations" if len(run.best) else ""
         run = run._replace(reason=done or "before the first checkpoint")
     return run
-
-
-def _with(run: Run, file: Path, fields: Callable[[Path], Json]) -> Run:
-    """Return the run with ``fields`` of a file in its folder, or with the error of that file."""
-    try:
-        return run._replace(**fields(file))
-    except ValueError as error:
-        fault = in_a_line(f"{file.name}: {error}")  # the same in every folder
-    if file.name == DESIGN:
-        return run._replace(state="unreadable", reason=fault)
-    return run._replace(reason=f"{run.reason}; {fault}".removeprefix("; "))
 
 
 def _ended(file: Path) -> Json:
@@ -239,7 +225,7 @@ def _structure(controller: object) -> str:
 
 
 def _use(file: Path) -> Json:
-    """Return the field ``use`` of ``Run``, if the file exists; ValueError: it is damaged."""
+    """Return fields of ``Run`` on the usability, if the file exists; ValueError: it is damaged."""
     if not file.exists():
         return {}
     record = json_of(decoded(content(file)))
@@ -252,9 +238,8 @@ def _use(file: Path) -> Json:
     for key in MARGINS:
         with suppress(KeyError, TypeError):  # an earlier version has none
             margins[key] = float(record["margins"]["worst"][key]["value"])  # null: unlimited
-    return {
-        "use": Use(verdict, _number(record.get("share")), margins, text(record.get("answer", "")))
-    }
+    answer, share = text(record.get("answer", "")), _number(record.get("share"))
+    return {"verdict": verdict, "share": share, "margins": margins, "answer": answer}
 
 
 def _history(file: Path) -> Json:

@@ -3,10 +3,10 @@
 import time
 from collections import deque
 from collections.abc import Callable, Collection, Iterable
-from contextlib import AbstractContextManager, ExitStack, suppress
+from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field
 
@@ -45,6 +45,19 @@ class Lost(RunError):
     """The connection to the place is lost, and the state of its cells is unknown."""
 
 
+#: Files: certificate of the authority, our own certificate, our key; three times None without TLS.
+Tls = tuple[Path | None, Path | None, Path | None]
+
+
+class WorkerOptions(NamedTuple):
+    """Processes that run cells at the same time: new ones here, or those of a Dask scheduler."""
+
+    new: int | None  # number of new ones; None: those of the scheduler
+    scheduler: str | None = None  # its address
+    shared: bool = False  # the workers of the scheduler see the folder of the batch
+    tls: Tls = (None, None, None)
+
+
 class Place:
     """Place where cells run; in this class it is this process, with one cell at a time."""
 
@@ -61,88 +74,92 @@ class Place:
         return 1
 
     def start(self, cell: Cell, path: Path) -> Any:
-        """Return a task that runs the cell in its folder; in this class ``done`` runs it."""
+        """Run the cell in its folder and return its outcome, or return a task that runs it."""
         on_generation = partial(self._on_generation, cell)
-        return partial(
-            attempt, partial(design.run, cell.scenario, path, on_generation, self.anyway)
-        )
+        return attempt(partial(design.run, cell.scenario, path, on_generation, self.anyway))
 
     def done(self, tasks: Collection[Any]) -> Iterable[tuple[Any, Outcome]]:
-        """Return finished tasks with the outcomes of their cells; in this class run all tasks."""
-        return [(task, task()) for task in tasks]
+        """Wait a short time for a task to end; return ended tasks with outcomes of their cells."""
+        return ()
 
 
 def run_batch(
     plan: Plan,
     out: Path,
-    at_once: int,
-    places: AbstractContextManager[Place],
-    anyway: bool,
     on_outcome: Callable[[Cell, Outcome], None],
+    workers: WorkerOptions | None = None,
+    anyway: bool = False,
+    on_generation: Callable[[Cell, Search], None] = lambda cell, search: None,
+    on_count: Callable[[int], None] = lambda workers: None,
 ) -> dict[str, str]:
     """Run every unfinished cell of a plan; return the names of failed cells -> reasons.
 
-    ``at_once`` is the number of cells that run on this machine at a time (0: none), for the check
-    of the memory; ``anyway`` resumes cells that other versions of hfc-design began.
+    Without ``workers``, cells run here one after the other. ``anyway`` resumes cells that other
+    versions of hfc-design began; ``on_count`` gets the number of workers.
 
     Raises:
         UserError: a cell needs more memory than there is.
         RunError: the folder cannot be written, or the connection to the workers is lost.
     """
-    for cell in plan.cells if at_once else ():
-        check_memory(cell.scenario, cell.design, min(at_once, len(plan.cells)))
+    places: AbstractContextManager[Place] = nullcontext(Place(on_generation))
+    if workers is not None:
+        from hfc_design.batch.cluster import connected
+
+        places = connected(*workers, on_count)
+    if at_once := workers.new if workers else 1:
+        for cell in plan.cells:
+            check_memory(cell.scenario, cell.design, min(at_once, len(plan.cells)))
     folder.note_plan(out, plan)
-    failed: dict[str, str] = {}
-
-    def outcome(cell: Cell, result: Outcome) -> None:
-        if result.state == "failed":
-            failed[cell.name] = result.reason
-        on_outcome(cell, result)
-
     with places as place:
         place.anyway = anyway
-        run_cells(out, plan.cells, place, outcome)
-    return failed
+        return run_cells(out, plan.cells, place, on_outcome)
 
 
 def run_cells(
     out: Path, cells: Iterable[Cell], place: Place, on_outcome: Callable[[Cell, Outcome], None]
-) -> None:
+) -> dict[str, str]:
     """Run every unfinished cell; a cell that another process is running is tried again later.
 
-    A cell that fails does not stop the others.
+    A cell that fails does not stop the others. Return names of failed cells -> reasons.
 
     Raises:
         RunError: the folder of the batch cannot be written, or the workers are lost.
     """
-    waiting = deque(cells)
+    waiting, failed = deque(cells), dict[str, str]()
     running: dict[Any, tuple[Cell, ExitStack]] = {}
+
+    def ended(cell: Cell, outcome: Outcome) -> None:
+        if outcome.state == "again":
+            waiting.append(cell)
+            return
+        if outcome.state == "failed":
+            failed[cell.name] = outcome.reason
+        on_outcome(cell, outcome)
+
     try:
         while waiting or running:
-            ended: list[tuple[Cell, Outcome]] = []
-            room = place.room()
-            while waiting and len(running) < room:
+            before, room = len(waiting) + len(running), place.room()
+            for _ in range(len(waiting)):
+                if len(running) >= room:
+                    break
                 cell = waiting.popleft()
-                started = _started(out, cell, place)
+                with ExitStack() as claim:
+                    started = _started(out, cell, place, claim)
+                    if not isinstance(started, Outcome):
+                        running[started] = cell, claim.pop_all()
                 if isinstance(started, Outcome):
-                    ended.append((cell, started))
-                else:
-                    task, claim = started
-                    running[task] = cell, claim
-            for task, outcome in place.done(running):
+                    ended(cell, started)
+            for task, result in place.done(running):
                 cell, claim = running.pop(task)
                 with claim:
-                    ended.append((cell, _noted(out, cell, outcome)))
-            for cell, outcome in ended:
-                if outcome.state == "again":
-                    waiting.append(cell)
-                else:
-                    on_outcome(cell, outcome)
-            if waiting and not running and all(outcome.state == "again" for _, outcome in ended):
+                    outcome = _noted(out, cell, result)
+                ended(cell, outcome)
+            if not running and len(waiting) == before:
                 time.sleep(PATIENCE)
     finally:
         for _, claim in running.values():
             claim.close()
+    return failed
 
 
 def attempt(work: Callable[[], object]) -> Outcome:
@@ -163,28 +180,28 @@ def unfinished(error: Exception, where: str = "") -> Outcome:
     return Outcome(state=state, reason=in_a_line(where + reason))
 
 
-def _started(out: Path, cell: Cell, place: Place) -> Outcome | tuple[Any, ExitStack]:
-    """Start a cell; return its task and our lock of it, or its outcome if it does not start."""
+def _started(out: Path, cell: Cell, place: Place, claim: ExitStack) -> Any:
+    """Lock a cell until ``claim`` ends and start it; return its outcome, or its task."""
     path = out / cell.name
-    with ExitStack() as claim:
-        if not claim.enter_context(lock.try_lock(path)):
-            return Outcome(state="again")
-        if folder.state(out, cell.name) == "finished":
-            return Outcome(state="finished")
-        folder.forget_failure(out, cell.name)
-        tidy(path)
-        try:
-            if (path / design.CONFIG).exists():  # from an earlier try
-                scenario = design.opened_run(path)
-            else:
-                scenario = design.new_run(cell.scenario, path, cell.design)
-            if place.claims:
-                claim.close()
-            return place.start(cell._replace(scenario=scenario), path), claim.pop_all()
-        except Lost:
-            raise
-        except Exception as error:  # whatever it is, the other cells may still be fine
-            return _noted(out, cell, unfinished(error))
+    if not claim.enter_context(lock.try_lock(path)):
+        return Outcome(state="again")
+    if folder.state(out, cell.name) == "finished":
+        return Outcome(state="finished")
+    folder.note(out, cell.name, "failed", "")  # it is tried again
+    tidy(path)
+    try:
+        if (path / design.CONFIG).exists():  # from an earlier try
+            scenario = design.opened_run(path)
+        else:
+            scenario = design.new_run(cell.scenario, path, cell.design)
+        if place.claims:
+            claim.close()
+        started = place.start(cell._replace(scenario=scenario), path)
+    except Lost:
+        raise
+    except Exception as error:  # whatever it is, the other cells may still be fine
+        started = unfinished(error)
+    return _noted(out, cell, started) if isinstance(started, Outcome) else started
 
 
 def _noted(out: Path, cell: Cell, outcome: Outcome) -> Outcome:

@@ -4,15 +4,14 @@ import json
 import statistics
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Iterable, Sequence
 from itertools import islice
 from pathlib import Path
 
 from hfc_design.batch import folder, report
-from hfc_design.batch.plan import Cell, read_batch
+from hfc_design.batch.plan import Cell, Plan
 from hfc_design.batch.results import listed
-from hfc_design.batch.runner import Outcome, Place, run_batch
+from hfc_design.batch.runner import Outcome, WorkerOptions, run_batch
 from hfc_design.core.console import ProgressBar, show
 from hfc_design.core.records import RunError, harmless
 from hfc_design.core.tables import Table
@@ -28,46 +27,26 @@ COMPILING = 5.0
 #: Largest number of cells that are listed one by one.
 LISTED = 40
 
-#: Function that gets a callback for the number of workers and returns a context of their ``Place``.
-Connected = Callable[[Callable[[int], None]], AbstractContextManager[Place]]
 
-
-def batch(
-    path: Path,
-    out: Path | None,
-    dry_run: bool,
-    changes: Iterable[str],
-    workers: Connected | None,
-    at_once: int,
-    anyway: bool,
-) -> None:
-    """``hfc batch FILE``: run every unfinished cell, here or on workers, and report.
-
-    ``dry_run`` only prints the plan. ``changes`` of dotted keys are applied to every cell;
-    ``at_once`` cells run on this machine at a time; ``anyway`` resumes cells of other versions.
+def run(plan: Plan, out: Path, workers: WorkerOptions | None, anyway: bool) -> None:
+    """Run every unfinished cell, here or on workers, and report; see ``run_batch``.
 
     Raises:
-        UserError: the file is not a valid batch file, or a cell needs more memory than there is.
+        UserError: a cell needs more memory than there is.
         RunError: cells failed, or the batch was interrupted.
     """
-    plan = read_batch(path, changes)
-    cells, target = plan.cells, plan.folder(out)
-    if dry_run:
-        _show_plan(cells, target)
-        return
-    watch = Watch(cells)
-    places = workers(watch.workers) if workers else nullcontext(Place(watch.generation))
+    cells, watch = plan.cells, Watch(plan.cells)
+    options = (watch.outcome, workers, anyway, watch.generation, watch.workers)
     try:
         with watch:
-            failed = run_batch(plan, target, at_once, places, anyway, watch.outcome)
+            failed = run_batch(plan, out, *options)
     except KeyboardInterrupt:
         raise RunError("interrupted; run the same command again to continue") from None
-    counts = f"{len(cells) - len(failed)} finished, {len(failed)} failed"
-    print(f"{len(cells)} cells in {target}: {counts}")
+    print(f"{len(cells)} cells in {out}: {len(cells) - len(failed)} finished, {len(failed)} failed")
     for reason in dict.fromkeys(failed.values()):
         alike = [watch.names[name] or name for name, why in failed.items() if why == reason]
         print(f"{'; '.join(alike)}: {reason}", file=sys.stderr)
-    report.report(target)
+    report.report(out)
     if failed:
         raise RunError(f"{len(failed)} of {len(cells)} cells failed")
 
@@ -90,7 +69,8 @@ def _show(cells: Iterable[tuple[str, str, str]], lines: Sequence[str] = ()) -> N
     show(Table("", ("cell", "state", "folder"), [*islice(cells, LISTED)], lines=lines))
 
 
-def _show_plan(cells: list[Cell], out: Path) -> None:
+def show_plan(cells: list[Cell], out: Path) -> None:
+    """``hfc batch FILE --dry-run``: print the state of each cell, and the expected time."""
     states = {cell.name: folder.state(out, cell.name) for cell in cells}
     same = shared(cell.settings for cell in cells)
     labels = run_labels({cell.name: cell.settings for cell in cells})

@@ -14,7 +14,7 @@ from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import psutil
 from distributed import Status, Worker, get_worker
@@ -43,18 +43,14 @@ def dask_setup(worker: Worker) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def answer(*cell: Any) -> Json:
-    """Return the outcome of ``run_cell`` as plain data, which can be read without pickle."""
-    return run_cell(*cell).model_dump()
-
-
 def run_cell(
     version: str, name: str, shared: str, files: Files, plugins: References, anyway: bool
-) -> "Outcome":
+) -> Json:
     """Run a cell in the folder ``shared`` of its batch or, if that is "", in a copy of ``files``.
 
     ``plugins`` are those named on the command line of the batch; plug-ins of earlier cells are
-    removed. ``anyway`` continues runs that other versions of hfc-design began.
+    removed. ``anyway`` continues runs that other versions of hfc-design began. The outcome is
+    returned as plain data, which can be read without pickle.
     """
     worker = get_worker()
     key = worker.get_current_task()
@@ -75,19 +71,19 @@ def run_cell(
                 scenario = design.opened_run(path)
             design.run(scenario, path, go_on, anyway, go_on)
 
-        if version != __version__:
-            versions = f"has hfc-design {__version__}, the batch {version}"
-            reason = in_a_line(f"the worker {worker.address} {versions}")
-            return runner.Outcome(state="failed", reason=reason)
         try:
+            if version != __version__:
+                versions = f"has hfc-design {__version__}, the batch {version}"
+                reason = in_a_line(f"the worker {worker.address} {versions}")
+                return runner.Outcome(state="failed", reason=reason).model_dump()
             with _of_this_worker("; install the module there, or start the worker in its folder"):
                 know(plugins)
             if shared:
-                return run_in(Path(shared), name, finish)
+                return run_in(Path(shared), name, finish).model_dump()
             with TemporaryDirectory(dir=worker.local_directory) as place:
-                return _run_sent(Path(place) / name, files, finish)
+                return _run_sent(Path(place) / name, files, finish).model_dump()
         except Exception as error:  # such as a full disk; other cells may still run
-            return runner.unfinished(error)
+            return runner.unfinished(error).model_dump()
 
 
 @contextmanager

@@ -1,15 +1,13 @@
 """Batches of runs from a script, and the summary of their results."""
 
 from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 from hfc_design.batch.findings import Findings
 from hfc_design.batch.findings import findings as summed_up
 from hfc_design.batch.plan import Cell, read_batch
 from hfc_design.batch.report import report
-from hfc_design.batch.results import runs_below
-from hfc_design.batch.runner import Outcome, Place, run_batch
+from hfc_design.batch.runner import Outcome, WorkerOptions, run_batch
 from hfc_design.core.arguments import check_whole, path_of
 from hfc_design.core.overrides import Changes
 from hfc_design.core.records import RunError
@@ -51,13 +49,9 @@ def batch(
         check_whole("workers", workers, 1)
     plan = read_batch(path_of(file), changes)
     out = plan.folder(None if folder is None else path_of(folder))
-    places: AbstractContextManager[Place] = nullcontext(Place())
-    if workers is not None:
-        from hfc_design.batch.cluster import connected
-
-        places = connected(workers, None, False, (None, None, None), lambda count: None)
-    failed = run_batch(plan, out, workers or 1, places, anyway, on_cell)
-    report(out, tell=lambda page, findings: None)
+    options = None if workers is None else WorkerOptions(workers)
+    failed = run_batch(plan, out, on_cell, options, anyway)
+    report(out, quiet=True)
     if failed:
         reasons = "; ".join(f"{name}: {reason}" for name, reason in failed.items())
         raise RunError(f"{out}: {len(failed)} of {len(plan.cells)} cells failed: {reasons}")
@@ -70,5 +64,4 @@ def findings(folder: str | Path) -> Findings:
     Raises:
         UserError: the folder does not exist or contains no run.
     """
-    place = path_of(folder)
-    return summed_up(place, runs_below(place))
+    return summed_up(path_of(folder))

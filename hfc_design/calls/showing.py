@@ -131,8 +131,8 @@ def _overlaid(results: Mapping[str, Any], title: str) -> Figure:
         for name, one in results.items():
             if one.search is None:
                 raise UserError(f"{name}: this has no search to plot; plot its .evaluation")
-        bests = [[one.search.history.best] for one in results.values()]
-        return searches.convergence([*results], bests, range(len(bests)))
+        bests = {name: [one.search.history.best] for name, one in results.items()}
+        return searches.convergence(bests)
     raise UserError("a figure of several must have only evaluations, only results or only findings")
 
 
@@ -235,7 +235,7 @@ def report(
         if scenario is not None:
             raise UserError("scenario: applies to a single design; a run has its own")
         paper = for_a_paper(Path(of), "", figures, width, latex)
-        batch_report.report(Path(of), each, tell=lambda page, findings: None, paper=paper)
+        batch_report.report(Path(of), each, paper=paper, quiet=True)
         return Path(of) / REPORT
     if each:
         raise UserError("each: applies to a folder of runs (got a design)")

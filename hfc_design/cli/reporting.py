@@ -3,7 +3,7 @@
 from functools import partial
 from os.path import exists, isdir
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -56,6 +56,7 @@ def report(
     --figures and --latex write the folders figures and latex into FOLDER, for a DESIGN NAME-figures
     and NAME-latex beside the page.
     """
+    from hfc_design.batch.report import report as report_folder
     from hfc_design.core.console import busy
     from hfc_design.files.design import builtin_designs
     from hfc_design.report.page import design_page
@@ -69,7 +70,7 @@ def report(
                 f"--out {out}: applies to a single design; the page of a folder is written "
                 "into the folder"
             )
-        _of_folder(place, each, parquet, paper_of(papers, place))
+        report_folder(place, each, parquet, paper_of(papers, place))
         return
     if each or parquet:
         raise refusal(f"{place}: is a design; --each and --parquet apply to folders of runs")
@@ -83,18 +84,3 @@ def report(
         page = design_page(design, where, line)
     write_with_parts(path, page, paper)
     click.echo(path)
-
-
-def _of_folder(place: Path, each: bool, parquet: bool, paper: "Paper | None") -> None:
-    """Write the pages of a folder, and print the findings if it has several runs."""
-    from hfc_design.batch.report import report
-    from hfc_design.batch.summary_text import show_findings
-    from hfc_design.core.console import busy
-
-    findings: list[Any] = []
-    try:
-        with busy("writing the pages"):
-            report(place, each, parquet, lambda *found: findings.append(found), paper)
-    finally:
-        for page_findings in findings:
-            show_findings(*page_findings)

@@ -1,6 +1,5 @@
 """Commands that simulate: score, simulate and train with one design, batch with many runs."""
 
-from functools import partial
 from pathlib import Path
 from textwrap import fill
 from typing import Any
@@ -186,6 +185,8 @@ def batch(
     Without --workers or --scheduler cells run one after the other, each on all cores.
     """
     from hfc_design.batch import session
+    from hfc_design.batch.plan import read_batch
+    from hfc_design.batch.runner import WorkerOptions
 
     if (file is None) == (status is None):
         raise refusal("give either a batch file or --status DIR")
@@ -196,13 +197,13 @@ def batch(
     tls = (tls_ca, tls_cert, tls_key)
     if any(tls) and not (all(tls) and scheduler):
         raise refusal("--tls-ca, --tls-cert and --tls-key must be given together, with --scheduler")
-    afar = None
-    if workers is not None or scheduler is not None:
-        from hfc_design.batch.cluster import connected
-
-        afar = partial(connected, workers, scheduler, shared, tls)
     if status is not None:
         session.show_status(status)
     elif file is not None:
-        at_once = 0 if scheduler else workers or 1
-        session.batch(file, out, dry_run, changes, afar, at_once, anyway)
+        plan, options = read_batch(file, changes), None
+        if workers is not None or scheduler is not None:
+            options = WorkerOptions(workers, scheduler, shared, tls)
+        if dry_run:
+            session.show_plan(plan.cells, plan.folder(out))
+        else:
+            session.run(plan, plan.folder(out), options, anyway)

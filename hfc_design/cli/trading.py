@@ -108,7 +108,7 @@ def pick(
         if point is not None or nearest is not None or knee:
             raise refusal(f"{run}: must be a run with a front; name one of its runs")
         best = best_usable(run)
-        click.echo(f"{best.title}: {best.use.answer}\nrun folder {run / best.path}")
+        click.echo(f"{best.title}: {best.answer}\nrun folder {run / best.path}")
         if out is not None:
             write_whole(out, content(run / best.path / DESIGN))
             click.echo(f"design {out}")

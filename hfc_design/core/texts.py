@@ -187,6 +187,12 @@ def read_toml(path: str | Path) -> Json:
         return toml_of(decoded(content(path)))
 
 
+def read_json(path: str | Path, largest: int = LARGEST) -> Plain:
+    """Content of a JSON file of up to ``largest`` MB; UserError: cannot be read, or is no JSON."""
+    with as_user_error(path):
+        return json_of(decoded(content(path, largest)))
+
+
 #: Kind of file -> its suffix, and its name in messages.
 FILES = {"scenario": (".toml", "a TOML file"), "design": (".json", "a design file")}
 

@@ -1,6 +1,6 @@
 """Convergence of searches: best and median of a single one, or bands of groups of searches."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -54,25 +54,24 @@ def history(history: History, title: str) -> Figure:
 
 
 def convergence(
-    labels: Sequence[str],
-    searches: Sequence[Sequence[Floats]],
-    order: Sequence[int],
+    searches: Mapping[str, Sequence[Floats]],
     measure: str = "merit",
+    order: Sequence[int] | None = None,
 ) -> Figure:
     """Draw the best merit so far against generation: median and quartile band of each group.
 
     Args:
-        labels: label of each group.
-        searches: merits of the runs of each group, at least one run; (generations,) each, nan while
-            all individuals failed.
-        order: number of each group, which selects colour and line style.
+        searches: label of each group -> merits of its runs, at least one run; (generations,) each,
+            nan while all individuals failed.
         measure: name of the number that ranked the individuals.
+        order: number of each group, which selects colour and line style; default: from 0.
     """
-    top = 0.15 + LINE * len(labels)
+    order = range(len(searches)) if order is None else order
+    top = 0.15 + LINE * len(searches)
     figure = framed(3.6 + top, top, right=0.25)  # half of the last number stands outside
     axes = figure.subplots()
-    bands = [_band(runs) for runs in searches]
-    for label, (generation, _, median, _), k in zip(labels, bands, order, strict=True):
+    bands = [_band(runs) for runs in searches.values()]
+    for label, (generation, _, median, _), k in zip(searches, bands, order, strict=True):
         style = STYLES[k % len(STYLES)]
         axes.plot(generation, median, color=colour(k), ls=style, lw=1.6, label=plain(label))
     finish(axes, f"best {measure} so far", "generation")
@@ -83,7 +82,7 @@ def convergence(
     for (generation, low, _, high), k in zip(bands, order, strict=True):
         axes.fill_between(
             generation, np.maximum(low, floor), np.maximum(high, floor),
-            color=colour(k), alpha=0.2 if len(labels) < 5 else 0.1, lw=0,
+            color=colour(k), alpha=0.2 if len(searches) < 5 else 0.1, lw=0,
         )  # fmt: skip
     axes.margins(x=0)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))

@@ -12,7 +12,7 @@ from hfc_design.core.tables import MISSING, Table
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.loop_setup import load_design, machine, with_converter
 from hfc_design.files.scenario import Scenario
-from hfc_design.runs.number_files import AttainableFile, read_numbers
+from hfc_design.runs.stored import AttainableFile, read_numbers
 from hfc_design.simulation.evaluating import evaluate
 
 #: File in a run folder with the result of ``attained``.
@@ -60,7 +60,7 @@ def keep_attained(scenario: Scenario, design: AnyDesign, folder: Path) -> Json:
 
 def kept_attained(folder: Path) -> Json | None:
     """Return the stored result of ``attained``; None if there is none. RunError: it is damaged."""
-    return read_numbers(folder / ATTAINABLE, AttainableFile)
+    return read_numbers(folder / ATTAINABLE, AttainableFile, attained_table)
 
 
 #: Heads of the columns of ``attained_table``; the last ones are of a design.

@@ -117,26 +117,21 @@ def chosen(
 ) -> int:
     """Return the index of a point: number ``point`` (from 1), nearest to ``wanted``, or the knee.
 
+    The distance to ``wanted`` costs is measured in shares of the front's width.
+
     Raises:
-        UserError: there is no such point, or a cost is not one of the front's.
+        UserError: there is no such point, or a cost is not one of the front's or has another unit.
     """
     size = len(front.merit)
     if point is not None:
         if not 1 <= point <= size:
             raise UserError(f"{option('point', point)}: must be 1 to {size}")
         return point - 1
-    return front.knee if wanted is None else nearest(front, wanted, scenario)
-
-
-def nearest(front: Front, wanted: Mapping[str, float | str], scenario: Scenario) -> int:
-    """Return the index of the point closest to ``wanted`` costs, in shares of the front's width.
-
-    Raises:
-        UserError: a cost is not an objective of the front, or has another unit.
-    """
+    if wanted is None:
+        return front.knee
     names = [one.name for one in front.objectives]
     low, width = front.costs.min(axis=0), np.ptp(front.costs, axis=0)
-    away = np.zeros(len(front.costs))
+    away = np.zeros(size)
     for name, text in wanted.items():
         given = option("nearest", key=name)
         if name not in names:

@@ -125,9 +125,8 @@ class PolishTask:
 
     def __init__(self, scenario: Scenario, individual: Population):
         self._final = final_problem(scenario)
-        self._parts = self._final.parts
-        self._many = self._parts.machines.size > 1
-        self._ensemble = self._parts.ensemble or Ensemble((1.0,))
+        self._many = self._final.machines.size > 1
+        self._ensemble = self._final.ensemble or Ensemble((1.0,))
         if self._many:
             self._hard = self._final.nearest_to_breaking(individual, HARD)
 
@@ -144,7 +143,7 @@ class PolishTask:
         Only this function defines what a polish has to improve.
         """
         if self._many:  # not ``rank_of_finalists``, where other individuals limit a rank
-            return self._final.rank_on(population, np.arange(self._parts.machines.size))[:, None]
+            return self._final.rank_on(population, np.arange(self._final.machines.size))[:, None]
         rank = self._final.rank_of_finalists(population)
         each = taken(population, np.repeat(np.arange(len(rank)), DOUBLES))
         doubles = self._final.genome.nudged(each, np.random.default_rng(0))
@@ -158,7 +157,7 @@ class PolishTask:
     def _some(self, rng: np.random.Generator) -> Integers:
         if not self._many:
             return np.zeros(1, int)
-        drawn = 1 + rng.permutation(self._parts.machines.size - 1)[:RANDOM]
+        drawn = 1 + rng.permutation(self._final.machines.size - 1)[:RANDOM]
         return np.unique(np.concatenate([[0], self._hard, drawn]))
 
     def quadratic(self, individual: Population, rng: np.random.Generator) -> Quadratic | None:
@@ -168,9 +167,9 @@ class PolishTask:
         """
         smallest = 10.0 ** rng.uniform(*SMALLEST)
         machines = np.append(0, rng.permutation(self._some(rng)[1:])[: LINEARISED - 1])
-        shares = self._ensemble.shares(self._parts.machines.size)
+        shares = self._ensemble.shares(self._final.machines.size)
         total: Quadratic | None = None
-        for machine, motion in product(machines, range(len(self._parts.motions))):
+        for machine, motion in product(machines, range(len(self._final.motions))):
             if not shares[machine, motion]:
                 continue
             model = self._of_motion(individual, int(machine), motion, smallest)
@@ -188,9 +187,8 @@ class PolishTask:
         Steps of encoders and converters are left out: the derivative of a step is 0, so that the
         loop would look open.
         """
-        loop, machines, motions, _ = self._parts
-        loop, one = loop.smooth, machines.take(np.array([machine]))
-        samples, gains = motions[motion], self._final.genome.gains(individual)
+        loop, one = self._final.loop.smooth, self._final.machines.take(np.array([machine]))
+        samples, gains = self._final.motions[motion], self._final.genome.gains(individual)
         precision = np.float32 if self._many else np.float64
         derivatives = simulate.jacobians(loop, one, samples, gains, RECORDED, precision)
         change = tuple(np.diff(x, axis=0, prepend=0.0 * x[:1]) for x in derivatives["command"])

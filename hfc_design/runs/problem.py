@@ -1,8 +1,9 @@
 """The search problem of a scenario: individuals simulated on its machines, judged and ranked."""
 
+from contextlib import suppress
 from copy import copy
 from functools import partial
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -10,24 +11,25 @@ from hfc_design.controllers.controller import RateLimited
 from hfc_design.controllers.genome import Population, taken
 from hfc_design.core.numbers import Floats, Gains, Integers
 from hfc_design.core.plugins import own_code
+from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.loop_setup import check_laws, controller_of
 from hfc_design.files.scenario import Scenario
-from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.verdict import Ensemble
 from hfc_design.runs.first_laws import FEWEST, first_laws
 from hfc_design.runs.individuals import design_of, genome_of, kinds_of
-from hfc_design.runs.machines import drawn_for, margin_limits
 from hfc_design.search.loop import STRATEGIES
 from hfc_design.search.newton import Linear
 from hfc_design.search.strategy import Scored, Task, Weighed
 from hfc_design.simulation import memory
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import Loop, closed_loop
+from hfc_design.simulation.loop_margins import AskedMargins
+from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.stepping import trailing
-from hfc_design.simulation.stress import among
+from hfc_design.simulation.stress import Applied, among, rubbing
 
 #: Number of machines on which all individuals are simulated before those that cannot reach the
 #: needed rank are dropped, and tolerance of this comparison for rounding.
@@ -46,17 +48,10 @@ TRADED = 0.5
 HALVED = 4
 #: Number larger than any violation of a design.
 BEHIND = 1e3
+#: Number of machines with the friction of the stress; they are the same in all runs.
+RUBBING = 199
 #: A machine is close to a violation if dividing the limits by this factor causes one.
 NEAR = 2.0
-
-
-class Parts(NamedTuple):
-    """Parts of the simulation of a problem."""
-
-    loop: Loop
-    machines: Machines
-    motions: list[Samples]
-    ensemble: Ensemble | None
 
 
 class Problem:
@@ -77,19 +72,20 @@ class Problem:
         controller, _ = controller_of(design, scenario)  # same law for all individuals
         self._record, self._traded = design.controller, scenario.traded
         self._robust = robust = scenario.robust
-        loop = closed_loop(scenario, controller, scenario.stress.delay_samples if robust else None)
-        machines = simulate.one_machine(scenario.plant.values())
+        delay = scenario.stress.delay_samples if robust else None
+        self.loop = closed_loop(scenario, controller, delay)
+        self.machines = simulate.one_machine(scenario.plant.values())
         #: Indices of the machines that are under no stress.
         self.calm = np.zeros(1, int)
         if robust:
             wider, seed = 1.0 if final else robust.margin, scenario.run.seed + CHOSEN * final
             within = drawn_for(scenario, robust.final - 1, seed, wider)
-            machines, self.calm = among(within, scenario, loop)
+            self.machines, self.calm = among(within, scenario, self.loop)
         self._tighter = robust.tighter if robust and not final else 1.0
         self._allowed = scenario.ensemble
-        ensemble = self._allowed and self._allowed.tighter(self._tighter)
-        self.parts = Parts(loop, machines, [x.samples() for x in scenario.each_motion()], ensemble)
-        self._margins = margin_limits(scenario, loop, self.genome, final)
+        self.ensemble = self._allowed and self._allowed.tighter(self._tighter)
+        self.motions = [x.samples() for x in scenario.each_motion()]
+        self._margins = margin_limits(scenario, self.loop, self.genome, final)
         self._dtype = np.dtype(scenario.run.precision)
         settings = scenario.search
         self._evaluations = settings.population * settings.generations
@@ -102,12 +98,12 @@ class Problem:
     @property
     def has_derivative(self) -> bool:
         """True if the machine has a single axis, whose tracking error has a derivative."""
-        return len(self.parts.loop.machine.axes) == 1
+        return len(self.loop.machine.axes) == 1
 
     @property
     def task(self) -> Task:
         """The task of a strategy; it has a derivative only for one axis and without an ensemble."""
-        differs = hasattr(self.genome, "space") and self.has_derivative and not self.parts.ensemble
+        differs = hasattr(self.genome, "space") and self.has_derivative and not self.ensemble
         by_margins = self._margins and self._robust
         return Task(
             self.genome,
@@ -186,7 +182,7 @@ class Problem:
         """
         rank, left = np.full(len(population.tree), np.inf), np.arange(len(population.tree))
         beyond = self._beyond_margins(self.genome.gains(population))
-        size = self.parts.machines.size
+        size = self.machines.size
         judged, done = None, 0
         for count in np.unique(-(-size // 2 ** np.arange(HALVED + 1))).tolist():
             gains, some = self.genome.gains(taken(population, left)), np.arange(done, count)
@@ -204,7 +200,7 @@ class Problem:
 
         The nominal machine is left out, and so are machines on which the individual does not pass.
         """
-        ensemble = self.parts.ensemble or Ensemble((1.0,))
+        ensemble = self.ensemble or Ensemble((1.0,))
         judged = self._judged(self.genome.gains(individual), self._every)
         verdict, near = ensemble.verdict(judged), ensemble.tighter(NEAR).verdict(judged)
         order = np.lexsort((verdict.merit[0], -near.broken.sum(axis=(2, 3))[0]))
@@ -212,12 +208,12 @@ class Problem:
 
     def largest_signals(self, individual: Population) -> dict[str, float]:
         """Return the largest magnitude of each signal of the first axis on the nominal machine."""
-        loop, machines, motions, _ = self.parts
-        return simulate.largest_signals(loop, machines, motions, self.genome.gains(individual))
+        gains = self.genome.gains(individual)
+        return simulate.largest_signals(self.loop, self.machines, self.motions, gains)
 
     @property
     def _every(self) -> Integers:
-        return np.arange(self.parts.machines.size)
+        return np.arange(self.machines.size)
 
     def _in_rounds(
         self,
@@ -230,8 +226,7 @@ class Problem:
         """Return (n, 2): rank with violations below all others, and the result of ``rank``."""
         robust, penalty = self._robust, self._penalty(generation)
         if robust is None:
-            loop, _, motions, ensemble = self.parts
-            if ensemble or len(motions) > 1 or loop.doubled:
+            if self.ensemble or len(self.motions) > 1 or self.loop.doubled:
                 return self._ranked(population, np.zeros(1, int), penalty)
             return self._ranked_alone(population, needed)
         some = partial(self._some, generation=generation, hard=hard)
@@ -264,7 +259,7 @@ class Problem:
         Individuals are simulated on all ``machines``; those that cannot reach their ``needed``
         value, only on the first ``FEW``.
         """
-        gains, ensemble = self.genome.gains(population), self.parts.ensemble
+        gains, ensemble = self.genome.gains(population), self.ensemble
         beyond = self._beyond_margins(gains) if beyond is None else beyond
         if needed is None or ensemble is None or penalty is not None or len(machines) <= FEW:
             return self._verdict(self._judged(gains, machines, at_once), ensemble, penalty, beyond)
@@ -282,8 +277,8 @@ class Problem:
     def _ranked_alone(self, population: Population, needed: Floats | None) -> Floats:
         """As ``_ranked`` on one machine in one motion, stopped early where ``needed`` is missed."""
         least = np.full(len(population.tree), -np.inf) if needed is None else needed
-        loop, machines, (samples,), _ = self.parts
-        about = (loop, machines, samples, self.genome.gains(population), least)
+        (samples,), gains = self.motions, self.genome.gains(population)
+        about = (self.loop, self.machines, samples, gains, least)
         judged, simulated = simulate.scores_needed(*about, self._dtype, self._lanes)
         self.simulated += int(simulated.sum())
         return self._verdict(judged, None)
@@ -294,7 +289,7 @@ class Problem:
         On machines under a stress, a search does not tighten the constraints of the scenario.
         """
         judged = self._simulated(gains, machines, at_once)
-        ensemble, stressed = self.parts.ensemble, ~np.isin(machines, self.calm)
+        ensemble, stressed = self.ensemble, ~np.isin(machines, self.calm)
         if ensemble is None or self._tighter == 1.0 or not stressed.any():
             return judged
         values, count = np.array(judged.values), len(ensemble.constraints)
@@ -302,10 +297,9 @@ class Problem:
         return judged._replace(values=values)
 
     def _simulated(self, gains: Gains, machines: Integers, at_once: int = 0) -> Judged:
-        loop, every, motions, _ = self.parts
-        some = every.take(machines)
-        judged = simulate.scores(loop, some, motions, gains, self._dtype, at_once=at_once)
-        self.simulated += judged.merit[..., 0].size * sum(len(x.time) for x in motions)
+        about = (self.loop, self.machines.take(machines), self.motions, gains)
+        judged = simulate.scores(*about, self._dtype, at_once=at_once)
+        self.simulated += judged.merit[..., 0].size * sum(len(x.time) for x in self.motions)
         return judged
 
     def _beyond_margins(self, gains: Gains) -> Floats:
@@ -331,9 +325,9 @@ class Problem:
         The shares that fail without and with a stress are added, as the final test uses both; a
         failing nominal machine counts as all machines, and so do missed margins.
         """
-        if self.parts.ensemble is None:
+        if self.ensemble is None:
             return self._verdict(judged, None)[:, 0]
-        verdict = self.parts.ensemble.verdict(judged, more_violation=beyond)
+        verdict = self.ensemble.verdict(judged, more_violation=beyond)
         calm = np.isin(np.arange(judged.failed.shape[1]), self.calm)
         parts = [~verdict.sound[:, some] for some in (calm, ~calm) if some.any()]
         lost = (beyond > 0.0) + ~verdict.sound[:, 0] + sum(part.mean(axis=1) for part in parts)
@@ -346,7 +340,7 @@ class Problem:
     def _some(self, count: int, generation: int, hard: Integers | None) -> Integers:
         """Return the nominal machine and ``count - 1`` more; see ``rank`` for when they change."""
         start = generation * (count - 1) if generation < self._fresh else 0
-        some = np.append(0, 1 + (start + np.arange(count - 1)) % (self.parts.machines.size - 1))
+        some = np.append(0, 1 + (start + np.arange(count - 1)) % (self.machines.size - 1))
         if hard is not None and len(hard):
             most = count // 2
             some[count - most :] = hard[(generation * most + np.arange(most)) % len(hard)]
@@ -354,8 +348,8 @@ class Problem:
 
     def _costs(self, judged: Judged, gains: Gains) -> Floats:
         """Return the costs of the trade-off, (n, objectives)."""
-        values = np.asarray(judged.values)[..., len(self.parts.loop.judge.objectives) :]
-        costs = (self.parts.ensemble or Ensemble((1.0,))).costs(values)
+        values = np.asarray(judged.values)[..., len(self.loop.judge.objectives) :]
+        costs = (self.ensemble or Ensemble((1.0,))).costs(values)
         measured = iter(costs.T)  # values of constraints come last
         units = self._record.units_that_matter
         columns = (next(measured) if x.metric else units(gains) for x in self._traded)
@@ -363,8 +357,8 @@ class Problem:
 
     def _linear(self, individual: Population, chosen: Integers | None = None) -> Linear | None:
         """Return the tracking error linearised around an individual; None if it is not finite."""
-        loop, machines, (samples,), _ = self.parts
-        about = (loop, machines, samples, self.genome.gains(individual), ("error",))
+        (samples,), gains = self.motions, self.genome.gains(individual)
+        about = (self.loop, self.machines, samples, gains, ("error",))
         error, jacobian = simulate.jacobians(*about, self._dtype, chosen)["error"]
         finite = np.isfinite(error).all() and np.isfinite(jacobian).all()
         return Linear(error, jacobian, chosen) if finite else None
@@ -375,11 +369,11 @@ class Problem:
         A machine is left out if less than a share ``keeping`` of the ``population`` meets all
         constraints of the scenario on it.
         """
-        assert self.parts.ensemble is not None
+        assert self.ensemble is not None
         assert self._allowed is not None
         judged = self._judged(self.genome.gains(population), self._every, self._lanes)
         possible = self._allowed.verdict(judged).sound.mean(axis=0) >= keeping
-        verdict = self.parts.ensemble.verdict(judged)
+        verdict = self.ensemble.verdict(judged)
         broken = verdict.broken.sum(axis=(2, 3)).mean(axis=0)
         order = np.lexsort((verdict.merit.mean(axis=0), -broken))
         others = order[possible[order] & (order > 0)]
@@ -393,9 +387,9 @@ class Problem:
         if laws is not None and self._evaluations >= FEWEST:
             of_laws = copy(self)
             of_laws.genome, of_laws.simulated = laws, 0
-            whole, law = self.parts.loop.controller, laws.controller()
+            whole, law = self.loop.controller, laws.controller()
             law = whole._replace(inner=law) if isinstance(whole, RateLimited) else law
-            of_laws.parts = self.parts._replace(loop=self.parts.loop._replace(controller=law))
+            of_laws.loop = self.loop._replace(controller=law)
             of_laws._margins = self._margins and self._margins.of(law)
             first = first_laws(self, of_laws, self._evaluations, tree, rng)
             self.simulated += of_laws.simulated
@@ -409,6 +403,38 @@ def _on_both(some: Judged, others: Judged) -> Judged:
     """Join the results of the same individuals on some machines and on others."""
     pairs = zip(some, others, strict=True)
     return Judged(*(np.concatenate(pair, axis=1) for pair in pairs))
+
+
+def drawn_for(scenario: Scenario, count: int, seed: int, margin: float = 1.0) -> Machines:
+    """Return the nominal machine of a robust scenario and ``count`` others within its tolerances.
+
+    The tolerances are widened by the factor ``margin``.
+    """
+    robust = scenario.robust
+    assert robust is not None
+    even = robust.sample == "latin-hypercube"
+    wider = {name: margin * spread for name, spread in robust.tolerances.items()}
+    parts = (scenario.plant, margin * robust.spread, count, seed, wider, even)
+    return drawn(*parts, key="robust.spread")[0]
+
+
+def margin_limits(scenario: Scenario, loop: Loop, genome: Any, final: bool) -> AskedMargins | None:
+    """Return the margins that the scenario requires of the linearised loop; None: it requires none.
+
+    With ``final``, they are those for finalists. A robust scenario requires at least stability, if
+    the stability of such laws can be determined.
+    """
+    robust, friction, machines = scenario.robust, scenario.stress.friction, None
+    if not scenario.margins and not robust:
+        return None
+    if scenario.margins and robust and friction > 1.0:
+        within = drawn_for(scenario, RUBBING, 0)
+        machines = rubbing(scenario, within, Applied(friction=friction))
+    with suppress(*[UserError] * (not scenario.margins)):
+        limits = AskedMargins(scenario, loop, machines, final)
+        limits.broken(genome.gains(genome.empty()))
+        return limits
+    return None
 
 
 def final_problem(scenario: Scenario) -> Problem:

@@ -13,7 +13,7 @@ from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import resuming
 from hfc_design.core.records import RunError, UserError, option, writing
 from hfc_design.core.tables import line, table
-from hfc_design.core.texts import json_of, read_text
+from hfc_design.core.texts import read_json
 from hfc_design.files.design import Design, design_json, naming, read_design
 from hfc_design.files.loop_setup import load_design
 from hfc_design.files.named_scenario import config_toml, load_scenario, renamed
@@ -22,14 +22,15 @@ from hfc_design.runs import champion, stored
 from hfc_design.runs.champion import LAP, LEAST_VIOLATED, Lap
 from hfc_design.runs.front import FRONT, Front, front_of, read_front, write_front
 from hfc_design.runs.individuals import noted, with_score
-from hfc_design.runs.number_files import UsableFile, read_numbers
 from hfc_design.runs.polishing import check_polish, polished
 from hfc_design.runs.problem import Problem, check_memory
 from hfc_design.search.loop import Search, generations, searcher
 from hfc_design.search.polish import Polished
-from hfc_design.simulation.acceptance import NO, Usable
+from hfc_design.simulation.acceptance import NO, Usable, missed_text
 from hfc_design.simulation.evaluating import Evaluation, evaluate
+from hfc_design.simulation.stability_criteria import reasons_text
 from hfc_design.simulation.usable import usable
+from hfc_design.simulation.usable_tables import motions_table, tables
 
 CONFIG, CHECKPOINT = checkpoint.CONFIG, "checkpoint.npz"
 USABLE = "usable.json"
@@ -119,7 +120,7 @@ def opened_run(folder: Path) -> Scenario:
 def provenance(path: Path) -> Json:
     """Return the versions and files that made a run's design; empty if they cannot be read."""
     try:
-        return dict(json_of(read_text(path))["provenance"])
+        return dict(read_json(path)["provenance"])
     except (UserError, ValueError, TypeError, KeyError):  # ``read_design`` will explain it
         return {}
 
@@ -261,7 +262,15 @@ def used(scenario: Scenario, result: Result, folder: Path, use: Usable | None = 
 
 def kept_use(folder: Path) -> Json | None:
     """Return the stored usability of a run's design, or None; RunError: the file is damaged."""
-    return read_numbers(folder / USABLE, UsableFile)
+    return stored.read_numbers(folder / USABLE, stored.UsableFile, _shown)
+
+
+def _shown(numbers: Json) -> object:
+    """Return what pages and the terminal show of the usability."""
+    reasons = [reasons_text(one["reasons"]) for one in numbers["motions"].values()]
+    of_all, missed = motions_table(numbers, largest=True), missed_text(numbers.get("missed", {}))
+    shown = tables(numbers)
+    return reasons, of_all, missed, shown, "".join(x for one in shown for x in one.lines)
 
 
 def _write_design(path: Path, design: Design) -> None:

@@ -1,18 +1,22 @@
-"""Checkpoints of a run: what determines its result, and the state of its search or polish."""
+"""What a run reads back from its folder: checkpoints of search and polish, files of numbers."""
 
 import time
 from collections.abc import Callable, Iterable
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
+
+from pydantic import ConfigDict, Field
 
 from hfc_design import __version__
 from hfc_design.controllers.genome import Population
 from hfc_design.core import archive, checkpoint, interrupt
 from hfc_design.core.embedded_files import AnyFile
+from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import origins
-from hfc_design.core.records import RunError
+from hfc_design.core.records import Finite, Record, RunError, UserError, checked, in_a_line
+from hfc_design.core.texts import read_json
 from hfc_design.core.validation_errors import short
 from hfc_design.files.named_scenario import renamed
 from hfc_design.files.scenario import Scenario
@@ -27,6 +31,52 @@ SPARE, SPARE_EACH = 2**24, 64
 #: Shortest time between two checkpoints [s].
 CHECKPOINT_EVERY = 2.0
 Step = TypeVar("Step")
+Named = Annotated[dict[str, Json], Field(min_length=1)]  # motion -> its numbers
+
+
+class Numbers(Record):
+    """Keys of a file that a page needs; other keys are allowed. Numbers must be finite."""
+
+    model_config = ConfigDict(extra="ignore", frozen=True)
+
+
+class AttainableFile(Numbers):
+    """Keys of ``attainable.json``."""
+
+    motions: Named
+    left_out: str = ""
+
+
+class _Margin(Numbers):
+    value: Finite | None  # None: without limit
+    at: str
+
+
+class _Margins(Numbers):
+    worst: dict[str, _Margin] = {}
+
+
+class UsableFile(Numbers):
+    """Keys of ``usable.json``."""
+
+    usable: bool
+    verdict: Literal["yes", "on this model only", "no"] | None = None  # None: an older file
+    margins: _Margins | None = None
+    stress: list[Json] = []
+    why_not: Json | None = None
+    answer: Annotated[str, Field(min_length=1)]
+    missed: dict[str, Json] = {}
+    spread: Finite
+    machines: int
+    share: Finite
+    interval: tuple[Finite, Finite]
+    gain: tuple[Finite, Finite] | None
+    precision: Finite | None
+    substeps: Finite | None
+    repeats: dict[str, Finite | None] = {}
+    chaotic: bool = False
+    units: Annotated[dict[str, str], Field(min_length=3, max_length=3)]
+    motions: Named
 
 
 def made_by(scenario: Scenario, folder: Path) -> dict[str, str]:
@@ -115,3 +165,26 @@ def checkpointed(
             save(done)
     assert done is not None  # there is at least one step
     return done
+
+
+def read_numbers(path: Path, model: type[Numbers], show: Callable[[Json], object]) -> Json | None:
+    """Return the numbers in a file of a run; None if there is no file.
+
+    ``show`` makes of the numbers what pages contain of them.
+
+    Raises:
+        RunError: the file is damaged: a key is missing or wrong, or the numbers cannot be shown.
+    """
+    if not path.exists():
+        return None
+    try:
+        numbers: Json = read_json(path)
+        checked(model, numbers, path, path.parent)
+        show(numbers)
+    except UserError as error:
+        fault = str(error.args[0]).removeprefix(f"{path}: ")[:100]
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        fault = in_a_line(f"cannot be shown ({type(error).__name__}: {error})")[:100]
+    else:
+        return numbers
+    raise RunError(f"{path}: {fault}; remove the damaged file")

@@ -52,10 +52,10 @@ def test_nearest_is_in_shares_of_the_front(folder):
     scenario, result = design.finished_run(folder)
     front = result.front
     effort = float(front.costs[3, 1])
-    assert fronts.nearest(front, {"effort": effort}, scenario) == 3
+    assert fronts.chosen(front, scenario, None, {"effort": effort}) == 3
     told = {"effort": f"{effort:.12f} V", "tracking": f"{1e6 * front.costs[3, 0]:.9f} urad"}
-    assert fronts.nearest(front, told, scenario) == 3
-    assert fronts.nearest(front, {"tracking": -1.0}, scenario) == 0
+    assert fronts.chosen(front, scenario, None, told) == 3
+    assert fronts.chosen(front, scenario, None, {"tracking": -1.0}) == 0
 
 
 def test_the_table_has_the_ends_and_the_marked_points(folder):
@@ -147,4 +147,4 @@ def test_of_two_points_that_are_as_near_the_first_is_taken():
     for costs in shaken(1e-3, 2e-3, 3e-3, 1.5e-3):
         points = np.column_stack([costs[:3], [3.0, 2.0, 1.0]])
         front = fronts.Front(scenario.traded, points, np.ones(3), np.arange(3))
-        assert fronts.nearest(front, {"tracking": costs[3]}, scenario) == 0
+        assert fronts.chosen(front, scenario, None, {"tracking": costs[3]}) == 0

@@ -41,7 +41,7 @@ def one(problem):
 
 def test_hard_are_those_that_break_most(problem, one, monkeypatch):
     """The error at the end of the ramp grows with the inertia: every machine breaks the limit."""
-    inertia = problem.parts.machines.actual[0].inner.spindle_inertia
+    inertia = problem.machines.actual[0].inner.spindle_inertia
     heaviest = 1 + np.argsort(-inertia[1:])
     for count in (1, 3):  # twice as many
         monkeypatch.setattr(problems, "HARD", count)
@@ -52,7 +52,8 @@ def test_hard_are_those_that_break_most(problem, one, monkeypatch):
 
 def met_with(problem, one, generation, machine):
     """On the nominal machine and another, what is broken weighed as in a generation of 40."""
-    loop, machines, motions, ensemble = problem.parts
+    loop, machines = problem.loop, problem.machines
+    motions, ensemble = problem.motions, problem.ensemble
     some = machines.take(np.array([0, machine]))
     judged = simulate.scores(loop, some, motions, problem.genome.gains(one))
     return ensemble.verdict(judged, 1000.0 * (generation / 40) ** 2)
@@ -71,7 +72,7 @@ def test_half_of_the_machines_that_are_met_are_hard_ones(problem, one):
 def test_a_search_meets_every_stress_in_turn():
     stress = SCENARIO["stress"] | {"friction": 2.0}
     scenario = api.load_scenario("c-axis-ramp", {**SCENARIO, "stress": stress})
-    machines = Problem(scenario).parts.machines
+    machines = Problem(scenario).machines
     nominal = scenario.plant.values()[0].coulomb_torque
     factors = machines.actual[0].inner.coulomb_torque / nominal
     assert np.sum(np.isclose(factors, 2.0, rtol=1e-5)) == 3
@@ -83,7 +84,8 @@ def test_machines_under_stress_are_asked_what_the_scenario_asks(one):
     """A third of it is allowed of all others: the limit of 10 urad is one of 3.3 there."""
     stress = SCENARIO["stress"] | {"friction": 2.0}
     problem = Problem(api.load_scenario("c-axis-ramp", {**SCENARIO, "stress": stress}))
-    loop, machines, motions, ensemble = problem.parts
+    loop, machines = problem.loop, problem.machines
+    motions, ensemble = problem.motions, problem.ensemble
     assert [x.most for x in ensemble.constraints] == [pytest.approx(1e-5 / 3.0)]
     assert problem.calm.tolist() == [0, 2, 4, 6, 8, 10]
     for machine, share in ((5, 1.0 / 3.0), (6, 1.0)):

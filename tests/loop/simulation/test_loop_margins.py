@@ -13,8 +13,7 @@ from hfc_design import api
 from hfc_design.files.loop_setup import controller_of
 from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.verdict import Ensemble
-from hfc_design.runs.machines import drawn_for
-from hfc_design.runs.problem import Problem
+from hfc_design.runs.problem import Problem, drawn_for
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.linearised import _errors, controlled
 from hfc_design.simulation.loop_margins import (

@@ -16,7 +16,7 @@ def test_several_are_judged_as_each_alone():
     genome = problem.genome
     random = genome.fresh(np.arange(64) % genome.structures, np.random.default_rng(0))
     motions, gains = [x.samples() for x in scenario.each_motion()], genome.gains(random)
-    parts = (problem.parts.loop, population.one_machine(scenario.plant.values()))
+    parts = (problem.loop, population.one_machine(scenario.plant.values()))
     together = population.scores(*parts, motions, gains)
     for k, samples in enumerate(motions):
         alone = population.scores(*parts, [samples], gains)
@@ -32,7 +32,7 @@ def test_motions_that_are_recorded_together_are_those_of_each_alone():
     problem = Problem(scenario)
     rng = np.random.default_rng(3)
     gains = problem.genome.gains(problem.genome.fresh(np.arange(3), rng))
-    parts = (problem.parts.loop, population.one_machine(scenario.plant.values()))
+    parts = (problem.loop, population.one_machine(scenario.plant.values()))
     motions = [x.samples() for x in scenario.each_motion()]
     before = compiled.trajectories._cache_size()
     together = population.trajectories(*parts, motions, gains, 2)
@@ -51,7 +51,7 @@ def test_one_program_serves_any_number_of_motions():
     scenario = load_scenario(SEVERAL)
     problem = Problem(scenario)
     gains = problem.genome.gains(problem.genome.empty())
-    parts = (problem.parts.loop, population.one_machine(scenario.plant.values()))
+    parts = (problem.loop, population.one_machine(scenario.plant.values()))
     motions = [x.samples() for x in scenario.each_motion()]
     population.scores(*parts, motions, gains)
     before = compiled.scores._cache_size()

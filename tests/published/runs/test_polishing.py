@@ -109,7 +109,7 @@ def test_slopes_of_the_merit_are_those_of_the_formula(scenario, fitness):
     where = load_scenario(scenario, {"simulation.duration_s": 0.25, **fitness})
     problem = Problem(where)
     one = taken(problem.genome.fresh(np.arange(3), np.random.default_rng(1)), slice(1))
-    loop, machines, (samples,), _ = problem.parts
+    loop, machines, (samples,) = problem.loop, problem.machines, problem.motions
     gains = problem.genome.gains(one)
     judged, (motion,) = trajectory(loop, machines, samples, gains)
     e, rate, u = (x[:, 0] for x in (motion.error, motion.error_rate, motion.command))
@@ -146,7 +146,7 @@ def test_derivatives_go_through_encoders_and_converters():
     where = load_scenario("c-axis-ramp", changes)
     problem = Problem(where)
     one = problem.genome.empty()
-    loop, machines, (samples,), _ = problem.parts
+    loop, machines, (samples,) = problem.loop, problem.machines, problem.motions
     gains = problem.genome.gains(one)
     about = (machines, samples, gains, ("error",), np.float64)
     _, stepped = simulate.jacobians(loop, *about)["error"]

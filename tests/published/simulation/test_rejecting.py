@@ -28,10 +28,10 @@ def population(name, changes, count=150):
 @pytest.mark.parametrize("case", CASES)
 def test_who_is_not_lost_has_the_same_bits(case):
     problem, gains = population(*CASES[case])
-    parts = problem.parts.loop, problem.parts.machines, problem.parts.motions[0], gains
+    parts = problem.loop, problem.machines, problem.motions[0], gains
     whole = simulate.scores(*parts[:2], [parts[2]], gains)
     rank = whole.rank[:, 0, 0]
-    every = len(problem.parts.motions[0].time)
+    every = len(problem.motions[0].time)
     for needed in (-np.inf, np.quantile(rank[np.isfinite(rank)], 0.6), np.inf):
         judged, samples = simulate.scores_needed(*parts, np.full(150, needed))
         here = rank >= needed
@@ -48,7 +48,7 @@ def test_who_is_not_lost_has_the_same_bits(case):
 
 def test_each_has_what_it_needs_and_one_program_serves_all():
     problem, gains = population(*CASES["C-axis"])
-    parts = problem.parts.loop, problem.parts.machines, problem.parts.motions[0], gains
+    parts = problem.loop, problem.machines, problem.motions[0], gains
     judged, _ = simulate.scores_needed(*parts, np.full(150, -np.inf))
     rank = judged.rank[:, 0, 0]
     before = compiled.scores_needed._cache_size()
@@ -57,14 +57,14 @@ def test_each_has_what_it_needs_and_one_program_serves_all():
     assert compiled.scores_needed._cache_size() == before
     assert np.array_equal(judged.rank[::2, 0, 0], rank[::2])
     finite = np.isfinite(rank[::2])
-    assert samples[::2][finite].min() == len(problem.parts.motions[0].time)
+    assert samples[::2][finite].min() == len(problem.motions[0].time)
     assert samples[1::2].mean() < 0.5 * samples[::2][finite].mean()
 
 
 def test_populations_of_other_sizes_share_a_program():
     """They are cut into parts of one size, and whoever fills up a part is simulated no further."""
     problem, gains = population(*CASES["C-axis"])
-    parts = problem.parts.loop, problem.parts.machines, problem.parts.motions[0]
+    parts = problem.loop, problem.machines, problem.motions[0]
     rank = simulate.scores_needed(*parts, gains, np.full(150, -np.inf))[0].rank
     compiled.scores_needed.clear_cache()
     for count in (150, 64, 33):

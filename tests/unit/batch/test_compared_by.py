@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from run_folders import PRESETS, batch_folder, hfc, reported, table, with_score
 
-from hfc_design.batch.comparisons import compared
-from hfc_design.batch.groups import grouped
+from hfc_design.batch.findings import compared, grouped
 from hfc_design.batch.results import runs_below
 
 HARD = "fitness, LL eq. 5 / (1 + 300 stick share)"

@@ -7,8 +7,7 @@ import pytest
 import scipy.stats
 from run_folders import PRESETS, batch_folder, reported, run_folder
 
-from hfc_design.batch.comparisons import compared, runs_needed, smallest_p
-from hfc_design.batch.groups import grouped
+from hfc_design.batch.findings import compared, grouped, runs_needed, smallest_p
 from hfc_design.batch.results import runs_below
 
 

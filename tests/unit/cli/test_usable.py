@@ -153,6 +153,14 @@ def test_numbers_of_use_are_read_back_or_refused_key_by_key(tmp_path):
     assert row == ["ramp", "50", "1 / –", *["1 / 2"] * 3]
     (row,) = motions_table(good, largest=True).rows
     assert row == ["ramp", "50", *["1 / 2"] * 4]
+    margins = {"worst": {"sensitivity": {"value": 2.0, "at": "rest"}}}
+    file.write_text(json.dumps(good | {"margins": margins}))
+    assert kept_use(tmp_path)["margins"] == margins
+    del margins["worst"]["sensitivity"]["at"]
+    for wrong in ({"margins": margins}, {"motions": {"ramp": motion | {"reasons": {"x": "y"}}}}):
+        file.write_text(json.dumps(good | wrong))
+        with pytest.raises(RunError):
+            kept_use(tmp_path)
     for key in good:
         for wrong in ({k: x for k, x in good.items() if k != key}, good | {key: [["x"]]}):
             file.write_text(json.dumps(wrong))

@@ -30,7 +30,7 @@ def test_diagrams_show_every_unit_and_input(inputs, tree):
 def test_a_band_is_made_of_the_quartiles_of_the_runs(tmp_path):
     random = np.random.default_rng(0)
     runs = random.random((9, 40)).cumsum(axis=1)
-    axes = searches.convergence(["1"], [list(runs)], [0]).axes[0]
+    axes = searches.convergence({"1": list(runs)}).axes[0]
     low, median, high = np.percentile(runs, [25, 50, 75], axis=0)
     assert axes.lines[0].get_xdata().tolist() == list(range(1, 41))
     assert axes.lines[0].get_ydata() == pytest.approx(median)

@@ -1,35 +1,81 @@
-"""Summary of several runs in words: sentences for pages, tables and sentences at a terminal."""
+"""Summary of several runs in words and tables, for the terminal and for the page."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import groupby, islice
-from pathlib import Path
 
 import numpy as np
 
-from hfc_design.batch.comparisons import Comparison, too_few
-from hfc_design.batch.findings import Findings
-from hfc_design.batch.groups import FITNESS, Group, group_table
-from hfc_design.batch.structures import STRUCTURES as CSV
-from hfc_design.batch.structures import winner_table
-from hfc_design.core.console import show
-from hfc_design.core.tables import Table, text
+from hfc_design.batch.findings import (
+    FITNESS,
+    Comparison,
+    Findings,
+    Group,
+    Reproduced,
+    Winner,
+    too_few,
+)
+from hfc_design.core.tables import MISSING, Table, text
 from hfc_design.plotting.numbers import score
 
-#: Largest numbers of tasks, and of groups of each, whose medians are printed.
-TASKS, GROUPS = 6, 10
-#: Largest number of structures of a group that are printed.
-STRUCTURES = 3
+STRUCTURES = "structures.csv"
+#: Largest numbers of tasks, of groups of each, and of structures of a group that are printed.
+TASKS, GROUPS, WINNERS = 6, 10, 3
 #: Largest number of groups that a caption or a sentence names.
 NAMED = 12
 #: Prefixes of keys that make a task harder or easier for every controller.
 OF_MACHINE = ("plant.", "reference.", "load.", "limits.", "sensors.", "start.", "simulation.")
+OF_WINNERS = (
+    "The structures that the searches of each group ended with, one search per seed, the most "
+    "frequent first; shares with 95 % confidence (Clopper and Pearson)."
+)
+OF_FIGURES = (
+    "Values printed in the paper and medians of the runs here. A dash: the paper gives no number, "
+    "or no run has finished. In full precision: published.csv."
+)
 
 
-def show_findings(page: Path, findings: Findings | None) -> None:
-    """Print the findings of several runs, and the path of the page."""
-    if findings is not None:
-        show(*tables(findings))
-    print(page)
+def group_table(groups: Sequence[Group], names: Sequence[Sequence[str]], *head: str) -> Table:
+    """Return a row for each group: ``names`` (one list each, under ``head``), scores, answers."""
+    answers = ["usable", "pass [%]"] if any(group.answers for group in groups) else []
+    rows = []
+    for name, group in zip(names, groups, strict=True):
+        count, total = len(group.finished), len(group.runs)
+        row = [*name, str(total) if count == total else f"{count} of {total}"]
+        low, median, high = map(score, group.quartiles)
+        numbers = (
+            [median, f"{low} to {high}", score(group.scores.max())] if count else [MISSING] * 3
+        )
+        rows.append([*row, *numbers, *(answers and (group.answers or [MISSING] * len(answers)))])
+    return Table("", [*head, "runs", "median", "quartiles", "best", *answers], rows)
+
+
+def winner_table(winners: Iterable[Winner], key: str = "") -> Table:
+    """Return a table of structures; ``key`` explains the numbers of the groups."""
+    rows = []
+    for x in winners:
+        low, high = (100 * end for end in x.interval)
+        which = [x.structure, str(x.group.number), f"{len(x.runs)} of {x.searches}"]
+        share = f"{100 * x.share:.0f} ({low:.0f} to {high:.0f})"
+        rows.append([*which, share, score(x.best), score(x.median)])
+    head = ["structure", "group", "runs", "share [%]", "best", "median"]
+    return Table(OF_WINNERS, head, rows, key=key)
+
+
+def published_table(figures: Iterable[Reproduced]) -> Table:
+    """Return a table of the published and simulated numbers."""
+    rows = []
+    for item in figures:
+        ratio = MISSING if item.ratio is None else f"{item.ratio:.2f}"
+        numbers = (_number(item.published), _number(item.simulated), ratio, str(item.runs))
+        rows.append([item.figure, item.quantity, *numbers, item.remark])
+    return Table(OF_FIGURES, Reproduced._fields, rows)
+
+
+def _number(value: float | None) -> str:
+    """Text of a number with three digits, or with all digits before the point."""
+    if value is None:
+        return MISSING
+    return f"{value:.0f}" if 1e3 <= abs(value) < 1e9 else f"{value:.3g}"
 
 
 def tables(findings: Findings) -> list[Table]:
@@ -38,10 +84,10 @@ def tables(findings: Findings) -> list[Table]:
     if (more := len(findings.tasks) - TASKS) > 0:
         shown.append(text(f"{more} more tasks are in groups.csv"))
     by_group = groupby(findings.winners, key=lambda x: x.group.number)
-    listed = [x for _, inside in islice(by_group, TASKS) for x in islice(inside, STRUCTURES)]
+    listed = [x for _, inside in islice(by_group, TASKS) for x in islice(inside, WINNERS)]
     if listed:
         more = len(findings.winners) - len(listed)
-        lines = [f"{more} more structures are in {CSV}"] if more else []
+        lines = [f"{more} more structures are in {STRUCTURES}"] if more else []
         shown.append(winner_table(listed)._replace(title="best structures", lines=lines))
     return shown
 
@@ -72,30 +118,28 @@ def sentence(groups: Sequence[Group], comparisons: Sequence[Comparison]) -> str:
             f"Usable designs of group {groups[0].label}: {answers[0]}; median share of unseen "
             f"machines that pass: {answers[1]} %. "
         )
-    return usable + _highest(highest, groups, comparisons)
-
-
-def _highest(highest: Group, groups: Sequence[Group], comparisons: Sequence[Comparison]) -> str:
     against = [item for item in comparisons if item.first is highest]
     if against and (needed := too_few(comparisons)):
         several = f"{len(comparisons)} comparisons need" if len(comparisons) > 1 else "it takes"
         return (
-            "The runs are too few to show which group is better, whatever the "
+            f"{usable}The runs are too few to show which group is better, whatever the "
             f"difference: {several} at least {needed} runs in each group."
         )
-    note, runs = _unlike(groups), len(highest.finished)
+    runs, shown = len(highest.finished), sum(item.shown for item in against)
     median = "fitness" if highest.measure == FITNESS else f"of {highest.measure}"
-    best = f"The highest median {median} is {score(highest.median)}, of group {highest.label}"
-    best += f" ({runs} run{'s' if runs > 1 else ''})"
+    best = f"{usable}The highest median {median} is {score(highest.median)}, of group "
+    best += f"{highest.label} ({runs} run{'s' if runs > 1 else ''})"
     if not against:
         searched = any(run.searched for group in groups for run in group.finished)
         chance = ", which may be chance: run each group with several seeds"
-        return f"{best}{chance if searched and len(groups) > 1 else ''}.{note}"
-    shown = sum(item.shown for item in against)
-    if len(against) > 1:
-        return f"{best}; significantly higher than {shown} of {len(against)} other groups.{note}"
-    lower = "The other group is significantly lower"
-    return f"{best}. {lower if shown else 'The difference to the other group may be chance'}.{note}"
+        best += chance if searched and len(groups) > 1 else ""
+    elif len(against) > 1:
+        best += f"; significantly higher than {shown} of {len(against)} other groups"
+    elif shown:
+        best += ". The other group is significantly lower"
+    else:
+        best += ". The difference to the other group may be chance"
+    return f"{best}.{_unlike(groups)}"
 
 
 def _unlike(groups: Sequence[Group]) -> str:
