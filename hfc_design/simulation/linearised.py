@@ -21,23 +21,23 @@ import numpy as np
 from jax.flatten_util import ravel_pytree
 
 from hfc_design.controllers.controller import SLOW, RateLimited, Stepped, View, begun
-from hfc_design.core.numbers import Floats, Gains, Integers, Mask, Memory, Scalar, Xp
+from hfc_design.core import devices
+from hfc_design.core.numbers import Floats, Gains, Mask, Memory, Scalar, Xp
 from hfc_design.core.slopes import SLOPED, Sloped, parts
 from hfc_design.motion.samples import Samples
 from hfc_design.simulation.closed_loop import Loop, next_state, positions, start
 from hfc_design.simulation.flattening import Code, joined
 from hfc_design.stability.margins import OpenLoop
+from hfc_design.stability.steady import (
+    NEAR,
+    SETTLED,
+    TRIES,
+    SteadyMotions,
+    observable,
+    solved,
+)
 from plants import Machine
 from plants.around import commanded, fine
-
-#: Newton's method: most steps, relative change that ends it, and one that is still accepted.
-TRIES, SETTLED, NEAR = 30, 1e-9, 1e-5
-#: A balanced matrix with a smaller determinant may be singular.
-SINGULAR = 1e-7
-#: Numbers with a smaller relative difference differ by rounding only.
-ROUNDED = 1e-13
-#: Factor on the speeds at which a motion is sought first if none is found at the speeds themselves.
-FAST = 1e3
 
 
 class Told(NamedTuple):
@@ -54,18 +54,15 @@ class Told(NamedTuple):
         return gains, (view.axes, view.path)
 
 
-#: Compiler options for a program that runs only briefly: it compiles in a fifth of the time.
-QUICKLY = {"xla_backend_optimization_level": 0, "xla_llvm_disable_expensive_passes": True}
-
-
-@partial(jax.jit, static_argnums=0, compiler_options=QUICKLY)
+@partial(jax.jit, static_argnums=0, compiler_options=devices.QUICKLY)
 def _of_machine(
     code: Code, numbers: Any, nominal: Any, true: Any, every: Any, row: Any, x: Any
 ) -> Any:
     """Return per lane the values after a sample, derivatives by ``x``, and the signals as a tree.
 
     ``x`` has the states of the machine, commands, shifts of the references, and additional loads.
-    The values are the states a sample later, the signals, and the positions before the sample.
+    The values are the states a sample later, the errors, all signals, and the positions before the
+    sample.
     """
     loop: Loop = joined(code, numbers)
 
@@ -80,7 +77,8 @@ def _of_machine(
         before, row = of(x[: -3 * axes]), row._replace(axes=tuple(there))
         after = next_state(loop, nominal, fixed, every, tuple(commands), before, row)
         machine_state = after._replace(memory=(), commands=())
-        parts = machine_state, after.memory, positions(loop, before.states)
+        errors = [signals["error"] for signals in after.memory[0]]
+        parts = machine_state, errors, after.memory, positions(loop, before.states)
         whole = jnp.concatenate([ravel_pytree(part)[0] for part in parts])
         return whole, (whole, after.memory)
 
@@ -111,133 +109,69 @@ class Steady(NamedTuple):
     exists: Mask  # whether the steady motion was found
 
 
-class _Near(NamedTuple):
-    """Machines linearised at given states and commands, one a lane."""
-
-    a: Floats  # (lanes, states, states)
-    c: Floats  # (lanes, signals, states)
-    along: Floats  # (lanes, states, axes) change of the states over a unit of travel of an axis
-    value: Floats
-    slopes: Floats
-    view: Any
-    errors: Integers  # indices of the errors among the signals
-
-
-class _Machines:
-    """Machines without a controller, one a lane, in steady motion at ``speeds`` (lanes, axes)."""
-
-    def __init__(self, loop: Loop, nominal: Any, true: Any, rows: Samples, speeds: Floats):
-        self._loop = _without_steps(loop._replace(controller=Told()))
-        self._code, self._numbers = self._loop.apart
-        self.every, self.speeds = float(np.ravel(rows.sample_time)[0]), speeds
-        self._given = nominal, true, np.float64(self.every), rows
-        #: Approximate command over speed of each axis; 0 for a drive without a known top speed.
-        self._pushes = np.zeros(speeds.shape[1])
-        for k, (drive, parameters) in enumerate(zip(loop.machine.drives, nominal, strict=True)):
-            top = drive.top_speed(parameters)
-            _, most = drive.largest_commands(parameters, loop.limits[k])
-            if np.isfinite([most, top]).all() and top > 0.0:
-                self._pushes[k] = most / top
-        self.size = self.begun(1.0).shape[1] - speeds.shape[1]
-
-    def begun(self, factor: float) -> Floats:
-        """Return initial states and commands, (lanes, states + axes), for speeds times ``factor``.
-
-        The commands are roughly those that the speeds need; 0 if ``factor`` is not 1.
-        """
-        speeds, pushes = factor * self.speeds, self._pushes * self.speeds * (factor == 1.0)
-        drives, states = self._loop.machine.drives, []
-        for drive, state, speed in zip(drives, self._given[-1].start, speeds.T, strict=True):
-            rates = {drive.velocity, drive.seen[1], *drive.encoders.values()}
-            states.append(state._replace(**dict.fromkeys(rates, speed)))
-        fixed = self._loop.coefficients(self._given[1])
-        whole = start(self._loop, fixed, 0.0, tuple(states))._replace(commands=())
-        # With other commands an amplifier at its limit would have no slope: see plants.five_axis.
-        moving = tuple(map(commanded, whole.states, pushes.T))
-        leaves = *jax.tree.leaves(whole._replace(states=moving)), *pushes.T
-        each = [np.broadcast_to(np.asarray(leaf, float), len(speeds)) for leaf in leaves]
-        return np.stack(each, axis=1)
-
-    def near(self, x: Floats) -> _Near:
-        """Return the machines linearised at states and commands ``x`` (lanes, states + axes)."""
-        more = np.concatenate([x, 0.0 * self.speeds, 0.0 * self.speeds], axis=1)
-        value, slopes, view = _of_machine(self._code, self._numbers, *self._given, more)
-        value, slopes, errors = np.array(value), np.array(slopes), _errors(view)
-        # The slope of a distance is nan at 0, where it grows in both directions.
-        slopes[:, self.size :] = np.nan_to_num(slopes[:, self.size :])
-        a = slopes[:, : self.size, : self.size]
-        c = slopes[:, self.size : -self.speeds.shape[1], : self.size]
-        along = _along(a, c[:, errors])
-        # The effect of a position-dependent force, such as cogging, is 0 in the mean of the travel.
-        off = a @ along - along
-        off[np.abs(off) <= ROUNDED * (np.abs(a) @ np.abs(along))] = 0.0
-        off[~self.speeds.any(axis=1)] = 0.0
-        return _Near(a + off @ c[:, errors], c, along, value, slopes, view, errors)
-
-    def followed(self, x: Floats, factor: float) -> tuple[Floats, Mask]:
-        """Return states and commands by Newton's method from ``x``, and whether they are steady."""
-        (lanes, axes), size = self.speeds.shape, self.size
-        for _ in range(TRIES):
-            one = self.near(x)
-            b, errors = one.slopes[:, :size, size : size + axes], one.c[:, one.errors]
-            way = (one.along @ (self.every * factor * self.speeds)[..., None])[..., 0]
-            off = one.value[:, :size] - x[:, :size] - way
-            off = np.concatenate([off, one.value[:, size:][:, one.errors]], axis=1)
-            matrix = np.block([[one.a - np.eye(size), b], [errors, np.zeros((lanes, axes, axes))]])
-            some = np.append(_heard(one.slopes[..., :size]), np.ones(axes, bool))
-            move, whole = np.zeros_like(off), np.nan_to_num(matrix)[:, some][:, :, some]
-            move[:, some] = solved(whole, -np.nan_to_num(off)[:, some])
-            x = x + move
-            far = np.abs(move).max(axis=1) / np.maximum(np.abs(x).max(axis=1), 1e-300)
-            if (far <= SETTLED).all():
-                break
-        sound = np.isfinite(one.slopes).all(axis=(1, 2)) & np.isfinite(off).all(axis=1)
-        return x, (far <= NEAR) & sound
-
-
 def steady(loop: Loop, nominal: Any, true: Any, rows: Samples, speeds: Floats) -> Steady:
     """Return machines in steady motion along ``rows`` at ``speeds`` (lanes, axes), in float64."""
+    smooth = _without_steps(loop._replace(controller=Told()))
+    code, numbers = smooth.apart
+    every, axes, still = float(np.ravel(rows.sample_time)[0]), speeds.shape[1], 0.0 * speeds
+
+    def step(x: Floats) -> Any:
+        whole = np.concatenate([x, still, still], axis=1)
+        return _of_machine(code, numbers, nominal, true, np.float64(every), rows, whole)
+
+    pushes = _pushes(loop, nominal) * speeds
+    begun = partial(_begun, smooth, true, rows.start, speeds, pushes)
     with jax.enable_x64(True):
-        machines = _Machines(loop, nominal, true, rows, speeds)
-        x, converged = machines.followed(machines.begun(1.0), 1.0)
-        if not converged.all():  # parts behind a gap do not touch; braking at high speed closes it
-            fast, _ = machines.followed(machines.begun(FAST), FAST)
-            off = (machines.begun(1.0) - machines.begun(FAST))[:, : machines.size]
-            fast[:, : machines.size] += off
-            fast = np.nan_to_num(fast)
-            again, came = machines.followed(fast, 1.0)
-            x, converged = np.where(converged[:, None], x, again), converged | came
-        one, size, axes = machines.near(x), machines.size, speeds.shape[1]
-    commands, references, loads = np.split(one.slopes[..., size:], 3, axis=2)
-    change = one.c @ one.along + references[:, size:-axes]
-    change = machines.every * (change @ speeds[..., None])[..., 0]
-    change[np.abs(change) <= SETTLED * machines.every * np.abs(speeds).max()] = 0.0
-    observable = _heard(one.slopes[..., :size])
+        x, one, exists = SteadyMotions(step, begun, every, speeds).found()
+    size = x.shape[1] - axes
+    _, references, loads = np.split(one.slopes[..., size:], 3, axis=2)
+    signals = slice(size + axes, -axes)
+    c = one.slopes[:, signals, :size]
+    change = every * ((c @ one.along + references[:, signals]) @ speeds[..., None])[..., 0]
+    change[np.abs(change) <= SETTLED * every * np.abs(speeds).max()] = 0.0
+    some = observable(one.slopes[..., :size])
     return Steady(
-        one.a[:, observable][:, :, observable],
-        commands[:, :size][:, observable],
-        one.c[:, :, observable],
-        one.slopes[:, -axes:, :size][:, :, observable],
-        loads[:, :size][:, observable],
-        -one.c @ one.along,
-        one.view,
-        one.value[:, size:-axes],
+        one.a[:, some][:, :, some],
+        one.b[:, some],
+        c[:, :, some],
+        one.slopes[:, -axes:, :size][:, :, some],
+        loads[:, :size][:, some],
+        -c @ one.along,
+        one.more,
+        one.value[:, signals],
         change,
         x[:, size:],
-        converged,
+        exists,
     )
 
 
-def _heard(slopes: Floats) -> Mask:
-    """Return which states (states,) change a signal or a position, now or later.
+def _pushes(loop: Loop, nominal: Any) -> Floats:
+    """Return the approximate command over speed of each axis; 0 without a known top speed."""
+    pushes = np.zeros(len(loop.limits))
+    for k, (drive, parameters) in enumerate(zip(loop.machine.drives, nominal, strict=True)):
+        top = drive.top_speed(parameters)
+        _, most = drive.largest_commands(parameters, loop.limits[k])
+        if np.isfinite([most, top]).all() and top > 0.0:
+            pushes[k] = most / top
+    return pushes
 
-    Other states, such as a count of samples, may change by themselves and are no part of a loop.
+
+def _begun(
+    loop: Loop, true: Any, starts: Any, speeds: Floats, commands: Floats, factor: float
+) -> Floats:
+    """Return initial states and commands, (lanes, states + axes), for speeds times ``factor``.
+
+    The ``commands`` are roughly those that the speeds need; they are 0 if ``factor`` is not 1.
     """
-    size, hears = slopes.shape[2], (slopes != 0.0).any(axis=0)
-    observable = hears[size:].any(axis=0)
-    for _ in range(size):
-        observable = observable | hears[:size][observable].any(axis=0)
-    return np.asarray(observable)
+    states, commands = [], commands * (factor == 1.0)
+    for drive, state, speed in zip(loop.machine.drives, starts, factor * speeds.T, strict=True):
+        rates = {drive.velocity, drive.seen[1], *drive.encoders.values()}
+        states.append(state._replace(**dict.fromkeys(rates, speed)))
+    whole = start(loop, loop.coefficients(true), 0.0, tuple(states))._replace(commands=())
+    # With other commands an amplifier at its limit would have no slope: see plants.five_axis.
+    moving = tuple(map(commanded, whole.states, commands.T))
+    leaves = *jax.tree.leaves(whole._replace(states=moving)), *commands.T
+    return np.stack([np.broadcast_to(np.asarray(x, float), len(speeds)) for x in leaves], axis=1)
 
 
 def _without_steps(loop: Loop) -> Loop:
@@ -263,41 +197,6 @@ def unlimited(controller: Any) -> Any:
     fields = {key: unlimited(getattr(controller, key)) for key in controller._fields}
     none = {"limit": None, "limits": (None,) * len(fields.get("limits", ()))}
     return controller._replace(**fields | {key: x for key, x in none.items() if key in fields})
-
-
-def _errors(view: Any) -> Integers:
-    """Return the indices of the errors of all axes among the signals."""
-    keys = (path[-1] for path, _ in jax.tree_util.tree_flatten_with_path(view)[0])
-    return np.array([k for k, key in enumerate(keys) if getattr(key, "key", "") == "error"])
-
-
-def _along(a: Floats, errors: Floats) -> Floats:
-    """Return ``_Near.along``, the change of states by a unit of travel that a step alters least."""
-    lanes, size, axes = *a.shape[:2], errors.shape[1]
-    ways = np.concatenate([np.zeros((size, axes)), -np.eye(axes)])
-    whole = np.concatenate([a - np.eye(size), errors], axis=1)
-    solutions = [solved(whole, np.tile(way, (lanes, 1))) for way in ways.T]
-    return np.stack(solutions, axis=2)
-
-
-def solved(matrix: Floats, right: Floats) -> Floats:
-    """Return least-squares solutions (lanes, n) of ``matrix x = right``, in balanced units."""
-    rows, columns = np.ones(matrix.shape[:2]), np.ones(matrix.shape[::2])
-    for _ in range(3):
-        for axis in (2, 1):
-            largest = np.abs(rows[:, :, None] * matrix * columns[:, None]).max(axis=axis)
-            size = np.sqrt(np.where(largest > 0.0, largest, 1.0))
-            rows, columns = (rows / size, columns) if axis == 2 else (rows, columns / size)
-    even, scaled_right = rows[:, :, None] * matrix * columns[:, None], rows * right
-    solution, open_ = np.zeros(columns.shape), scaled_right.any(axis=1)
-    if matrix.shape[1] == matrix.shape[2]:
-        regular = open_ & (np.abs(np.linalg.det(even)) > SINGULAR)
-        solution[regular] = np.linalg.solve(even[regular], scaled_right[regular, :, None])[..., 0]
-        open_ &= ~regular
-    for k in np.flatnonzero(open_):
-        solution[k] = np.linalg.lstsq(even[k], scaled_right[k], rcond=1e-11)[0]
-    solution[np.abs(solution) <= ROUNDED * np.abs(solution).max(axis=1, initial=0.0)[:, None]] = 0.0
-    return np.asarray(columns * solution)
 
 
 class Controllers(NamedTuple):

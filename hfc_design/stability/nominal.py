@@ -25,6 +25,7 @@ from hfc_design.core.numbers import Floats, Parameters
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError
 from hfc_design.stability.margins import balanced
+from hfc_design.stability.steady import Near, SteadyMotions, travel
 from plants import Drive
 
 #: Integration steps in a control sample, at first and at most.
@@ -36,21 +37,14 @@ UNSTEADY = (
     "a spring: leave it out of the model, or use a controller that needs no linear "
     "model, such as pid"
 )
-GAP = (
-    "its backlash is the cause: set plant.parameters.backlash=0 for a linear model; "
-    "[stress] tests backlash"
-)
 #: Largest distance to the unit circle of a pole that does not settle by itself.
 SETTLES = 1e-9
 #: Speeds that are tried [of the position, per s], the highest first.
 SPEEDS = 10.0 ** np.arange(6.0, -6.25, -0.25)
-#: Newton's steps towards a steady motion, the change [1] at which it has converged, and the change
-#: at which it is near enough.
-TRIES, SETTLED, NEAR = 20, 1e-9, 1e-5
+#: Number of times that the interval of the sought speed is divided by as many speeds.
+DIVIDED = 6
 #: Largest number that counts as 0 beside numbers of size 1.
 RANK = 1e-9
-#: Factor to which the sought speed is known.
-CLOSE = 1.0 + 1e-9
 #: Places along the way, as shares of it.
 SHARES = (np.arange(1024) + 0.5) / 1024 - 0.5
 #: Lengths of travel that are tried [of the position]: one of them contains many waves of a periodic
@@ -62,211 +56,11 @@ LEFT = 1e-3
 NOTHING = 1e-9
 
 
-class Step(NamedTuple):
-    """Integration step from a state, and its derivatives."""
-
-    after: Floats  # (states,)
-    a: Floats  # (states, states)
-    b: Floats  # (states,)
-    load: Floats  # (states,)
-    along: Floats  # (states,) change of the states over a unit of travel
-    changed: float  # change of the step by this travel, as a share of it; inf: the step failed
-
-
-class Motion(NamedTuple):
-    """Steady motion: speed, command and all other values are the same from step to step."""
-
-    speed: float
-    state: Floats  # (states,) at position 0
-    command: float
-    along: Floats  # (states,) change of the states over a unit of travel
-
-
 class Steady(NamedTuple):
     """Command and state that a part of a motion needs in the steady state."""
 
     command: float
     state: Floats  # (states,)
-
-
-class Slides:
-    """Drive with differentiated steps, averaged over a ``way``; JAX must have float64.
-
-    ``along`` (states,) is the change of the states over a unit of travel. By default all encoders
-    are shifted along the way, and ``along`` is found from the mean of the steps.
-    """
-
-    def __init__(
-        self, drive: Drive, parameters: Parameters, way: float = 0.0, along: Floats | None = None
-    ):
-        fields, rows = type(drive.initial_state(0.0))._fields, reported(drive, parameters)
-        #: Position that is fed back, as a row (states,).
-        self.seen, rate = (np.eye(len(fields))[fields.index(name)] for name in drive.seen)
-        signals = {name: np.asarray(row, float) for name, row in rows.items()}
-        self.outputs = {"error": -self.seen, "error_rate": -rate, **signals}
-        rates = {drive.velocity, drive.seen[1], *drive.encoders.values()}
-        self._moving = np.array([float(name in rates) for name in fields])
-        places = {*drive.encoders, drive.position, drive.seen[0]}
-        moved = np.array([float(name in places) for name in fields]) if along is None else along
-        self._shifts = way * np.outer(SHARES if way else [0.0], moved)
-        self._taken, self._known = partial(differentiated, drive, parameters), along
-        self.fastest = partial(drive.fastest, parameters)
-
-    def step(self, state: Floats, command: float, dt: float) -> Step:
-        """Return the step from a state under a command, without a load, averaged over all places.
-
-        The mean does not depend on the place of the state.
-        """
-        parts = self._taken(state, command, dt, self._shifts)[0]
-        after, a, b, load = map(np.asarray, parts)
-        if not all(np.isfinite(part).all() for part in parts):
-            return Step(after, a, b, load, self.seen, np.inf)
-        along, changed = self._along(a)
-        if len(self._shifts) > 1:
-            a, changed = a - np.outer(a @ along - along, self.seen), 0.0
-        return Step(after, a, b, load, along, changed)
-
-    def _along(self, a: Floats) -> tuple[Floats, float]:
-        """Return the change of states over a unit of travel that alters a step least, and how much.
-
-        The first is (states,), the second a share in units that balance the step; 0: the whole
-        drive can be shifted without any effect.
-        """
-        if self._known is not None:
-            return self._known, 0.0
-        a, units = balanced(a)
-        moved, others = a - np.eye(len(a)), self.seen == 0.0
-        along = self.seen.copy()
-        along[others] = -np.linalg.lstsq(moved[:, others], moved @ self.seen, RANK)[0]
-        off = np.linalg.norm(moved @ along) / np.linalg.norm(along)
-        return units * along / (units @ self.seen), float(off)
-
-    def left(self, dt: float) -> tuple[float, Floats]:
-        """Return how much of the effect of travel remains in the mean of the steps, and ``along``.
-
-        The first is a share; inf if travel has no effect on any step, or if a step fails.
-        """
-        mean, slopes = self._taken(np.zeros(len(self.seen)), 0.0, dt, self._shifts)
-        if not np.isfinite(slopes).all():
-            return np.inf, self.seen
-        a = np.asarray(mean[1])
-        along, _ = self._along(a)
-        each = np.linalg.norm(slopes @ along - along, axis=1)
-        left, whole = np.linalg.norm(a @ along - along), np.sqrt(np.mean(each**2))
-        return float(left / whole) if whole else np.inf, along
-
-    def motion(self, speed: float, dt: float, near: Motion | None = None) -> Motion | None:
-        """Return the steady motion with a speed, in steps of ``dt`` [s]; None if none is found.
-
-        Newton's method begins without forces and, where that fails, with the contacts of the motion
-        ``near`` it: within a backlash no command moves the parts behind it.
-        """
-        motion = self._from(speed * self._moving, 0.0, speed, dt)
-        if motion is None and near is not None:
-            state = near.state + (speed - near.speed) * self._moving
-            motion = self._from(state, near.command, speed, dt)
-        return motion
-
-    def _from(self, state: Floats, command: float, speed: float, dt: float) -> Motion | None:
-        moved = np.inf
-        for _ in range(TRIES):
-            one = self.step(state, command, dt)
-            if one.changed > RANK:
-                return None
-            off = np.append(state + speed * dt * one.along - one.after, -self.seen @ state)
-            try:
-                move = np.linalg.solve(self._bordered(one.a, one.b), off)
-            except np.linalg.LinAlgError:
-                return None
-            state, command = state + move[:-1], command + float(move[-1])
-            before, moved = moved, np.abs(move).max() / max(np.abs(state).max(), abs(command))
-            # If a drive is stiff, or steps begin far away, rounding keeps the change above SETTLED.
-            if moved <= SETTLED or before <= moved <= NEAR:
-                return Motion(speed, state, command, one.along)
-        return None
-
-    def _bordered(self, a: Floats, b: Floats) -> Floats:
-        """Return the matrix from a change of state and command to that of step and position."""
-        return np.block([[a - np.eye(len(a)), b[:, None]], [self.seen[None], np.zeros((1, 1))]])
-
-    def asks(self, a: Floats, b: Floats, change: Floats) -> Steady:
-        """Return command u and state x at position 0 that solve ``(a - 1) x + b u = change``."""
-        solution = np.linalg.solve(self._bordered(a, b), np.append(change, 0.0))
-        return Steady(float(solution[-1]), solution[:-1])
-
-    def slowest(self, dt: float) -> Motion | None:
-        """Return the motion at the lowest speed above which the command's growing part dominates.
-
-        For the command u of steady motion at the speed v, the growing part is ``v du/dv``, the
-        other part ``u - v du/dv``. Without Coulomb friction the motion is that of the lowest speed
-        of all, without viscous friction that of the highest.
-        """
-        candidate, low = None, None
-        for speed in SPEEDS.tolist():
-            motion = self.motion(speed, dt, candidate)
-            if candidate is not None and motion is not None and not self._grows(motion, dt):
-                low = speed
-                break
-            candidate = motion or candidate
-        while candidate is not None and low is not None and candidate.speed > CLOSE * low:
-            speed = float(np.sqrt(low * candidate.speed))
-            motion = self.motion(speed, dt, candidate)
-            if motion is not None and self._grows(motion, dt):
-                candidate = motion
-            else:
-                low = speed
-        return candidate
-
-    def _grows(self, motion: Motion, dt: float) -> bool:
-        one = self.step(motion.state, motion.command, dt)
-        growing = motion.speed * self.asks(one.a, one.b, dt * motion.along).command
-        return bool(abs(motion.command - growing) <= abs(growing))
-
-
-def averaged(drive: Drive, parameters: Parameters, dt: float) -> Slides | None:
-    """Return the drive averaged over the way on which position-dependent forces have the mean 0.
-
-    None if there are no such forces, or if their mean is not 0 along any way, as for a spring.
-    """
-    each = [
-        Slides(drive, parameters, way, Slides(drive, parameters, way).left(dt)[1]) for way in WAYS
-    ]
-    left = [max(one.left(dt)[0], NOTHING) for one in each]
-    best = int(np.argmin(left))
-    return each[best] if left[best] < LEFT else None
-
-
-@partial(jax.jit, static_argnums=0)
-def reported(drive: Drive, parameters: Parameters) -> dict[str, Any]:
-    """Return for each signal of the drive its derivatives (states,) by the states."""
-    kind, fixed = type(drive.initial_state(0.0)), drive.coefficients(parameters)
-    states = jnp.ones(len(kind._fields))
-    rows: dict[str, Any] = jax.jacfwd(lambda x: drive.signals(fixed, kind(*x)))(states)
-    return rows
-
-
-@partial(jax.jit, static_argnums=0)
-def differentiated(
-    drive: Drive, parameters: Parameters, x: Any, command: Any, dt: Any, shifts: Any
-) -> Any:
-    """Return means over ``shifts`` of state after a step, derivatives by state, command and load.
-
-    The last result is the derivative by the state at each shift, (shifts, states, states).
-    """
-    kind, fixed = type(drive.initial_state(0.0)), drive.coefficients(parameters)
-
-    def step(x: Any, command: Any, load: Any) -> Any:
-        moved = drive.step(fixed, kind(*x), command, (load, load, load), dt)
-        return jnp.stack([jnp.asarray(part, float) for part in moved])
-
-    def both(shift: Any) -> Any:
-        about = (x + shift, command, 0.0)
-        return step(*about) - shift, *jax.jacfwd(step, argnums=(0, 1, 2))(*about)
-
-    parts = jax.vmap(both)(shifts)
-    turns = jnp.pi * (jnp.arange(len(shifts)) + 0.5) / len(shifts)
-    weights = jnp.sin(turns) ** 4 / jnp.sum(jnp.sin(turns) ** 4)
-    return [jnp.tensordot(weights, part, axes=1) for part in parts], parts[1]
 
 
 class Nominal(NamedTuple):
@@ -290,65 +84,187 @@ class Nominal(NamedTuple):
 def nominal(
     drive: Drive, parameters: Parameters, sample_time: float, speed: float | None = None
 ) -> Nominal:
-    """Return the drive with ``parameters`` near ``speed``, or near the speed of ``Slides.slowest``.
+    """Return the drive with ``parameters`` near ``speed``, or near the speed of ``_slowest``.
 
     Raises:
         UserError: the drive has no steady motion, or cannot be moved from one.
     """
     devices.configure()
     with own_code(" cannot be linearised", ("plant", drive.name)), jax.enable_x64(True):
-        slides = Slides(drive, parameters)
-        operating_point = _operating_point(slides, sample_time, speed)
-        if operating_point is None and (
-            mean := averaged(drive, parameters, sample_time / SUBSTEPS)
-        ):
-            slides, operating_point = mean, _operating_point(mean, sample_time, speed)
-    if operating_point is None:
+        slides = _Slides(drive, parameters, np.zeros((1, len(_fields(drive)))))
+        motion = slides.motion(sample_time, speed)
+        if motion is None and (mean := slides.averaged(sample_time / SUBSTEPS)):
+            motion = mean.motion(sample_time, speed)
+    if motion is None:
         at = "any speed" if speed is None else f"{speed:g} {drive.units['error_rate']}"
-        cause = GAP if getattr(parameters, "backlash", 0.0) > 0.0 else UNSTEADY
-        why = f"found no steady motion at {at}; {cause}"
+        why = f"found no steady motion at {at}; {UNSTEADY}"
         raise UserError(REFUSED.format(drive.name, why))
-    motion, one, substeps = operating_point
-    a, b, load = _sampled(one, substeps)
-    if not _controllable(a, b):
+    a, b, load = _sampled(motion)
+    if not _controllable(a[0], b[0, :, 0]):
         why = "its command does not control all states that do not settle by themselves"
         raise UserError(REFUSED.format(drive.name, why))
-    velocity = slides.asks(a, b, sample_time * motion.along)
-    rising = 0.5 * sample_time**2 * motion.along + sample_time * velocity.state
+
+    def needed(change: Floats) -> Steady:
+        *state, command = motion.near.needed(a, b, change)[0]
+        return Steady(float(command), np.array(state))
+
+    along = motion.near.along[..., 0]
+    velocity = needed(sample_time * along)
+    acceleration = needed(0.5 * sample_time**2 * along + sample_time * velocity.state)
+    *state, command = motion.x[0]
     coulomb = Steady(
-        motion.command - motion.speed * velocity.command,
-        motion.state - motion.speed * velocity.state,
+        float(command) - motion.speed * velocity.command,
+        np.array(state) - motion.speed * velocity.state,
     )
-    acceleration, load_own = slides.asks(a, b, rising), slides.asks(a, b, -load)
-    parts = (velocity, acceleration, coulomb, load_own)
-    return Nominal(motion.speed, a, b, slides.outputs, *parts)
+    outputs = {name: np.asarray(row[0]) for name, row in motion.near.more[0].items()}
+    parts = (velocity, acceleration, coulomb, needed(-load))
+    return Nominal(motion.speed, a[0], b[0, :, 0], outputs, *parts)
 
 
-def _operating_point(
-    slides: Slides, sample_time: float, speed: float | None
-) -> tuple[Motion, Step, int] | None:
-    """Return a steady motion, a step from it, and the number of such steps in a control sample."""
-    dt = sample_time / SUBSTEPS
-    if speed is None:
-        slowest = slides.slowest(dt)
-        if slowest is None:
-            return None
-        speed = slowest.speed
-    substeps = SUBSTEPS
-    while slides.fastest(sample_time / substeps) < abs(speed) and substeps < MOST_SUBSTEPS:
-        substeps *= 2
-    every = sample_time / substeps
-    motion = slides.motion(speed, every) or slides.motion(speed, every, slides.slowest(dt))
-    return motion and (motion, slides.step(motion.state, motion.command, every), substeps)
+class _Motion(NamedTuple):
+    """Steady motion of a drive, as one lane."""
+
+    speed: float
+    x: Floats  # (lanes, states + 1) states and command; all lanes are equal
+    near: Near
+    steps: int  # in a control sample
 
 
-def _sampled(one: Step, substeps: int) -> tuple[Floats, Floats, Floats]:
-    """Return state, command and load matrices of ``substeps`` equal steps."""
-    whole, power_sum = np.eye(len(one.a)), np.zeros_like(one.a)
-    for _ in range(substeps):
+class _Slides(NamedTuple):
+    """Drive with differentiated steps, averaged over ``shifts``; JAX must have float64."""
+
+    drive: Drive
+    parameters: Parameters
+    shifts: Floats  # (places, states)
+
+    def motion(self, sample_time: float, speed: float | None) -> _Motion | None:
+        """Return the steady motion at a speed, None: at that of ``_slowest``; None: there is none.
+
+        The integration steps are so short that they are stable at this speed.
+        """
+        lanes = 1
+        if speed is None:
+            lanes = len(SPEEDS)  # as many as in the search: a program serves one number of lanes
+            if (speed := self._slowest(sample_time / SUBSTEPS)) is None:
+                return None
+        steps = SUBSTEPS
+        while (
+            self.drive.fastest(self.parameters, sample_time / steps) < abs(speed)
+            and steps < MOST_SUBSTEPS
+        ):
+            steps *= 2
+        x, near, exists = self._found(np.full(lanes, speed), sample_time / steps)
+        return _Motion(speed, x, near, steps) if exists[0] else None
+
+    def _found(self, speeds: Floats, dt: float) -> tuple[Floats, Near, Any]:
+        """Return states and commands at speeds, steps of ``dt`` [s] there, and which exist."""
+        drive, fields = self.drive, _fields(self.drive)
+        rates = {drive.velocity, drive.seen[1], *drive.encoders.values()}
+        moving = np.array([*(float(name in rates) for name in fields), 0.0])
+
+        def step(x: Floats) -> Any:
+            return _steps(drive, self.parameters, dt, self.shifts[None], x)
+
+        each = speeds[:, None]
+        x, near, exists = SteadyMotions(step, lambda k: k * each * moving, dt, each).found()
+        alike = (near.changed <= RANK) | (len(self.shifts) > 1)
+        return x, near, exists & alike & near.b.any(axis=(1, 2))
+
+    def _slowest(self, dt: float) -> float | None:
+        """Return the lowest speed above which the command's growing part dominates.
+
+        For the command u of steady motion at the speed v, the growing part is ``v du/dv``, the
+        other part ``u - v du/dv``. Without Coulomb friction the result is the lowest speed of all,
+        without viscous friction the highest. None: the drive moves steadily at none of ``SPEEDS``.
+        """
+        speeds = SPEEDS
+        for _ in range(DIVIDED):
+            x, near, exists = self._found(speeds, dt)
+            if not exists.any():
+                return None
+            growing = speeds * near.needed(near.a, near.b, dt * near.along[..., 0])[:, -1]
+            ends = exists & ~(np.abs(x[:, -1] - growing) <= np.abs(growing))
+            ends[: exists.argmax() + 1] = False
+            low = int(ends.argmax()) if ends.any() else len(speeds)
+            k = int(np.flatnonzero(exists[:low])[-1])
+            if low == len(speeds):
+                return float(speeds[k])
+            speeds = np.geomspace(speeds[k], speeds[low], len(SPEEDS))
+        return float(speeds[0])
+
+    def averaged(self, dt: float) -> "_Slides | None":
+        """Return the drive averaged over a way on which position-dependent forces have the mean 0.
+
+        None if there are no such forces, or if their mean is not 0 along any way, as for a spring.
+        """
+        drive, fields = self.drive, _fields(self.drive)
+        places = {*drive.encoders, drive.position, drive.seen[0]}
+        along = np.tile([float(name in places) for name in fields], (len(WAYS), 1))
+        x = np.zeros((len(WAYS), len(fields) + 1))
+        for _ in range(2):  # the second time along the way on which a step has the least effect
+            shifts = (WAYS[:, None] * SHARES)[..., None] * along[:, None]
+            _, slopes, (_, each) = _steps(drive, self.parameters, dt, shifts, x)
+            a, errors = np.split(np.asarray(slopes)[..., : len(fields)], [len(fields)], axis=1)
+            along = travel(a, errors)[..., 0]
+            effects = np.asarray(each) @ along[:, None, :, None] - along[:, None, :, None]
+            mean = np.linalg.norm((a @ along[..., None])[..., 0] - along, axis=1)
+            whole = np.sqrt(np.mean(np.sum(effects**2, axis=(2, 3)), axis=1))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            left = np.fmax(
+                np.where(np.isfinite(mean) & (whole > 0.0), mean / whole, np.inf), NOTHING
+            )
+        best = int(np.argmin(left))
+        return self._replace(shifts=shifts[best]) if left[best] < LEFT else None
+
+
+def _fields(drive: Drive) -> tuple[str, ...]:
+    """Return the names of the states of a drive."""
+    fields: tuple[str, ...] = type(drive.initial_state(0.0))._fields
+    return fields
+
+
+@partial(jax.jit, static_argnums=0, compiler_options=devices.QUICKLY)
+def _steps(drive: Drive, parameters: Parameters, dt: Any, shifts: Any, x: Any) -> Any:
+    """Return ``SteadyMotions.step`` of a drive, each value and slope the mean over ``shifts``.
+
+    ``x`` (lanes, states + 1) are states and commands, ``shifts`` (lanes or 1, places, states). The
+    last input is a load. The last result has the derivatives of the signals by the states, and
+    those of the states by the states at each place, (lanes, places, states, states).
+    """
+    kind, fixed = type(drive.initial_state(0.0)), drive.coefficients(parameters)
+    place, rate = map(kind._fields.index, drive.seen)
+    size, places = len(kind._fields), shifts.shape[1]
+    turns = jnp.pi * (jnp.arange(places) + 0.5) / places
+    weights = jnp.sin(turns) ** 4 / jnp.sum(jnp.sin(turns) ** 4)
+
+    def step(x: Any, shift: Any) -> Any:
+        state, command, load = kind(*(x[:size] + shift)), x[size], x[size + 1]
+        moved = drive.step(fixed, state, command, (load, load, load), dt)
+        after = jnp.stack([jnp.asarray(part, float) for part in moved]) - shift
+        values = jnp.append(after, -x[place])
+        return values, values
+
+    def signals(x: Any) -> Any:
+        return {"error": -x[place], "error_rate": -x[rate], **drive.signals(fixed, kind(*x))}
+
+    def averaged(x: Any, shifts: Any) -> Any:
+        about = jnp.append(x, 0.0)
+        slopes, values = jax.vmap(partial(jax.jacfwd(step, has_aux=True), about))(shifts)
+        means = [jnp.tensordot(weights, part, axes=1) for part in (values, slopes)]
+        return *means, (jax.jacfwd(signals)(x[:size]), slopes[:, :size, :size])
+
+    return jax.vmap(averaged)(x, jnp.broadcast_to(shifts, (len(x), *shifts.shape[1:])))
+
+
+def _sampled(motion: _Motion) -> tuple[Floats, Floats, Floats]:
+    """Return state, command and load matrices, of one lane each, of all steps in a sample."""
+    one = motion.near
+    whole, power_sum = np.eye(one.a.shape[1])[None], np.zeros_like(one.a)
+    for _ in range(motion.steps):
         power_sum = power_sum + whole
         whole = whole @ one.a
-    return whole, power_sum @ one.b, power_sum @ one.load
+    size = one.a.shape[1]
+    return whole, power_sum @ one.b, (power_sum @ one.slopes[:, :size, -1:])[..., 0]
 
 
 def _controllable(a: Floats, b: Floats) -> bool:
