@@ -371,7 +371,9 @@ def _at_the_limit(scenario: Scenario, loop: Loop, machines: Machines) -> Steady 
     if not (moving := [point for point in points if any(point.speeds)]):
         return None
     about = near(loop, standing(machines, scenario, loop), moving[:1])
-    hard = np.argsort(-np.abs(np.linalg.eigvals(about.a)).max(axis=1))
+    largest_poles = np.abs(np.linalg.eigvals(about.a)).max(axis=1)
+    # Where none leaves steady sliding, all have the pole 1 of an integrator, give or take rounding.
+    hard = np.argsort(-largest_poles.round(9), kind="stable")
     some = hard[(LIMIT * (1.0 - scenario.stress.share) * len(hard)).astype(int)]
     return jax.tree.map(lambda leaf: leaf[some], about)
 
