@@ -173,6 +173,7 @@ def check(
     columns: Sequence[str] = (),
     sample_time: float | None = None,
     changes: Changes = (),
+    before: str | Path | None = None,
 ) -> Check:
     """Compare a log of a machine with what its design promised, on machines within the tolerances.
 
@@ -191,6 +192,8 @@ def check(
         columns: column of a signal and its unit, as in "position=qm [m]".
         sample_time: sample time of the log [s], if the log does not contain it.
         changes: changes to the scenario, by dotted keys.
+        before: log of the same reference when the machine was in order, with the same columns: then
+            only what has changed since counts, and not what the model lacks.
 
     Raises:
         UserError: log, design or axis do not exist or do not fit; the log lacks a signal, or has
@@ -198,24 +201,27 @@ def check(
     """
     check_whole("machines", machines, 100, 100_000)
     task = task_of(None, scenario, changes, axis, design, None, None, 0)
-    task, read = recordings(task, sources(task, path_of(log), columns, None, ()), sample_time)
-    ((name, recording),) = read.items()
+    first_log = None if before is None else path_of(before)
+    task, read = recordings(task, sources(task, path_of(log), columns, first_log, ()), sample_time)
+    (name, recording), *others = read.items()
     setup = Setup.of(design, task.scenario, task.drive_axis.name, 0.0, machines, LATER)
     if abs(recording.sample_time / setup.every - 1.0) > SAME_PERIOD:
         raise UserError(
             f"{name}: must be sampled every {setup.every:g} s, as the design "
             f"(got {recording.sample_time:g} s)"
         )
-    compared = Promise(setup, recording, name).check(recording, name)
+    first = others[0][1] if others else None
+    compared = Promise(setup, recording, name).check(recording, name, first)
     compared = compared._replace(margins=_margins(recording, task.drive_axis.drive))
-    if not compared.unlike or not (keys := compared.explanations[0].keys):
+    if not compared.explained or not (keys := compared.explanations[0].keys):
         return compared
     given = task.scenario.model_dump(exclude_unset=True)
     changed = load_scenario(overridden(given, {k: str(x) for k, x in keys.items()}))
     now = usable(design, changed, machines=AGAIN)
     need = "needs no new design" if now.yes else "should be designed again"
     share = f"{percent(float(now.good.mean()))} of {AGAIN} such machines pass"
-    return compared._replace(again=f"; with that it {need}: {now.verdict}, {share}")
+    usable_now = f'its answer to "can I use it?" is then {now.verdict}'
+    return compared._replace(again=f"; with that it {need} ({usable_now}, {share})")
 
 
 def _margins(log: Recording, drive: Drive) -> str:

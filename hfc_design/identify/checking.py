@@ -17,7 +17,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hfc_design.core.numbers import Floats, Json, storable
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, option
 from hfc_design.core.tables import Table
 from hfc_design.core.wording import percent, three_digits
 from hfc_design.files.robust import friction_of
@@ -39,6 +39,12 @@ FACTORS = (0.5, 0.7, 0.85, 1.0, 1.15, 1.3, 1.5, 2.0, 3.0)
 DELAYS, GAPS = (0.0, 0.5, 1.0, 2.0), (0.0, 0.3, 1.0, 3.0)
 #: Number of steps between two of these; explanations within this distance are as good.
 BETWEEN, ALIKE = 10, 4.0
+#: Largest share of the squared distance that a change may leave to explain a log.
+LEFT = 0.5
+#: Largest command of a log, as a multiple of the limit of the design.
+BEYOND = 1.5
+#: Largest difference of the references of two logs, as a share of the travel.
+LIKE = 0.02
 #: Longest additional delay [samples] for which the loop has room.
 LATER = 2.0
 FRICTION, DELAY, GAP = "friction", "delay_samples", "backlash"
@@ -65,6 +71,7 @@ class Check(NamedTuple):
     explanations: tuple[Explanation, ...]  # the best first; (): it is not unlike
     curves: dict[str, tuple[Floats, Floats]]  # signal with unit -> log (steps,), ends (2, steps)
     sample_time: float  # [s]
+    unchanged: float = np.inf  # squared distance from the machines, before any explanation
     again: str = ""  # whether to design again
     margins: str = ""  # of the loop, from the log's own signals
 
@@ -74,12 +81,22 @@ class Check(NamedTuple):
         return self.p_value < UNLIKE
 
     @property
+    def explained(self) -> bool:
+        """Whether the best explanation leaves at most ``LEFT`` of the squared distance."""
+        return self.unlike and self.explanations[0].distance <= LEFT * self.unchanged
+
+    @property
     def verdict(self) -> str:
         """The answer in a sentence."""
         chance = f"p = {self.p_value:.2g}: so far off are {percent(self.p_value)} of the machines"
         if not self.unlike:
             return f"the machine does what was promised ({chance} within the tolerances)"
         best = self.explanations[0]
+        if not self.explained:
+            lacks = (
+                f"no single change explains it (best: {best.change}), so the model lacks something"
+            )
+            return f"the machine does NOT do what was promised ({chance}): {lacks}"
         near = [x.name for x in self.explanations[1:] if x.distance < best.distance + ALIKE]
         other = f" (or {', '.join(near)})" if near else ""
         what = f"{best.change}{other}{self.again}"
@@ -141,6 +158,7 @@ class Promise:
             missing = "reference" if log.reference is None else "command"
             needs = "a check needs reference, position and command"
             raise UserError(f"{name}: has no {missing}; {needs}")
+        _check_units(setup, log, name)
         self._setup, self._reference, self._added = setup, log.reference, log.added
         drive, sensors = setup.scenario.machine.drives[setup.axis], setup.scenario.sensors
         self._noise = sensors.of(setup.scenario.machine.axes[setup.axis]).noise
@@ -156,21 +174,55 @@ class Promise:
         quantiles = {name: np.quantile(x, (0.05, 0.95)).tolist() for name, x in each}
         self._expected = {name: (low, high) for name, (low, high) in quantiles.items()}
 
-    def check(self, log: Recording, name: str) -> Check:
-        """Return how a log with this reference compares with the machines."""
-        assert log.command is not None
-        signals_of_log = log.command[:, None], log.place[:, None]
-        off = self._features(*signals_of_log) - self._usual.mean[:, None]
+    def check(self, log: Recording, name: str, first: Recording | None = None) -> Check:
+        """Return how a log with this reference compares with the machines.
+
+        ``first`` is a log of the same machine and reference when it was in order: then only what
+        has changed since counts, and not what the model lacks.
+
+        Raises:
+            UserError: the two logs have different references.
+        """
+        signals, expected = self._signals(log), self._expected
+        off = self._features(*signals) - self._usual.mean[:, None]
+        if first is not None:
+            self._check_same(first)
+            before = self._signals(first)
+            off = self._features(*signals) - self._features(*before)
+            numbers, ends = self._numbers(*before), expected
+            expected = {}
+            for key, (low, high) in ends.items():
+                shift = float(numbers[key][0]) - 0.5 * (low + high)
+                expected[key] = (low + shift, high + shift)
         count, distance = len(self._ranks), self._usual.distance(off)
         p_value = float((1.0 + np.sum(self._ranks >= distance)) / (1.0 + count))
-        values = {key: float(x[0]) for key, x in self._numbers(*signals_of_log).items()}
+        values = {key: float(x[0]) for key, x in self._numbers(*signals).items()}
         explained = tuple(self._explained(off)) if p_value < UNLIKE else ()
         machines = self._setup.machines.size - 1
         labels = f"error [{self._units['error']}]", f"command [{self._units['command']}]"
-        signals = self._reference - log.place, log.command
-        curves = dict(zip(labels, zip(signals, self._bands, strict=True), strict=True))
-        known = (values, self._expected, explained, curves, self._setup.every)
+        drawn = self._reference - signals[1][:, 0], signals[0][:, 0]
+        curves = dict(zip(labels, zip(drawn, self._bands, strict=True), strict=True))
+        known = (values, expected, explained, curves, self._setup.every, float(distance[0]))
         return Check(name, machines, p_value, *known)
+
+    def _signals(self, log: Recording) -> tuple[Floats, Floats]:
+        """Return command and position (steps, 1) of a log."""
+        assert log.command is not None
+        count = len(self._reference)
+        return log.command[:count, None], log.place[:count, None]
+
+    def _check_same(self, first: Recording) -> None:
+        """Check that a log has the reference of the other one; UserError: it has not."""
+        count = len(self._reference)
+        reference, same = first.reference, False
+        if reference is not None and first.command is not None and len(reference) >= count:
+            off = np.abs(reference[:count] - self._reference).max()
+            same = bool(off <= LIKE * np.ptp(self._reference))
+        if not same:
+            given = option("before", ...)
+            raise UserError(
+                f"{given}: must be a log with command and the same reference, not shorter"
+            )
 
     def _followed(self, machines: Machines, common: bool = False) -> tuple[Floats, Floats]:
         """Return commands and positions (steps, machines) of machines that follow the reference."""
@@ -196,7 +248,9 @@ class Promise:
             f"rms error [{unit}]": np.sqrt(np.mean(error**2, axis=0)),
             f"largest error [{unit}]": np.abs(error).max(axis=0),
             f"rms command [{self._units['command']}]": np.sqrt(np.mean(command**2, axis=0)),
-            f"chatter [{self._units['command']}]": np.abs(np.diff(command, axis=0)).mean(axis=0),
+            f"chatter [{self._units['command']}]": np.sqrt(
+                np.mean(np.diff(command, axis=0) ** 2, axis=0)
+            ),
         }
 
     @cached_property
@@ -226,6 +280,26 @@ class Promise:
             keys = {key: x * size if one.none else x + size for key, x in one.keys.items()}
             explanations.append(Explanation(one.name, words, float(distance[k]), size, keys))
         return sorted(explanations, key=lambda one: one.distance)
+
+
+def _check_units(setup: Setup, log: Recording, name: str) -> None:
+    """Check that the signals of a log can be in their units; UserError: they cannot."""
+    assert log.reference is not None
+    assert log.command is not None
+    units = setup.scenario.machine.drives[setup.axis].units
+    travel, error = float(np.ptp(log.reference)), float(np.std(log.reference - log.place))
+    if error > travel:
+        unit = units["error"]
+        got = f"(its error is {three_digits(error)} {unit}, the travel {three_digits(travel)})"
+        raise UserError(
+            f"{name}: the position must follow the reference; are both in their units? {got}"
+        )
+    limit, most = setup.largest, float(np.abs(log.command).max())
+    if most > BEYOND * limit:
+        got = f"(got up to {three_digits(most)})"
+        raise UserError(
+            f"{name}: the command must be within {three_digits(limit)} {units['command']} {got}"
+        )
 
 
 class _Usual(NamedTuple):
