@@ -108,8 +108,10 @@ def _turns(
     centre, fit = nominal_circle(guide, radius, near)
     parts, longest = full_turns(guide - centre[:, None], fit, near)
     if not parts:
-        arc = f"(got an arc of {degrees(longest):.0f} deg)"
-        raise ValueError(f"X and Y must go around a circle by a full turn {arc}")
+        size = " and ".join(f"{x:.4g} mm" for x in np.ptp(path, axis=1))
+        arc = f"(got an arc of {degrees(longest):.0f} deg; X and Y move by {size})"
+        known = f" with a radius of {radius:g} mm" if radius else ""
+        raise ValueError(f"X and Y must go around a circle{known} by a full turn {arc}")
     if (fewest := min(part.stop - part.start for part in parts.values())) < FEWEST:
         raise ValueError(f"a turn must have at least {FEWEST} samples (got {fewest})")
     turns = {side: path[:, part] - centre[:, None] for side, part in parts.items()}

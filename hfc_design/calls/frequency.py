@@ -8,6 +8,7 @@ from hfc_design.core.arguments import check_positive, check_whole, path_of
 from hfc_design.core.overrides import Changes
 from hfc_design.core.records import UserError, option
 from hfc_design.files.design import AnyDesign
+from hfc_design.files.design_set import labelled
 from hfc_design.files.named_scenario import AnyScenario
 from hfc_design.identify.frequency import measured_response
 from hfc_design.identify.recording import recordings, sources
@@ -81,8 +82,9 @@ def frequency(
         task, read = recordings(task, sources(task, path_of(log), columns, None, ()), sample_time)
         for name, recording in read.items():
             responses.append(measured_response(recording, task.drive_axis.drive, name))
-    for design in designs:
+    for label, design in (labelled(designs) if designs else {}).items():
         about = (axis, speed, amplitudes, machines, frequencies)
-        responses += simulated_response(design, scenario, *about)
+        for one in simulated_response(design, scenario, *about):
+            responses.append(one._replace(source=one.source.replace(design.name, label, 1)))
         oscillations += limit_cycles(design, scenario, axis) if cycles else []
     return Frequencies(responses, oscillations if cycles else None)

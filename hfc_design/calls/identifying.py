@@ -1,5 +1,6 @@
 """Identification of a machine from its log, and the experiment for it, from a script."""
 
+import shlex
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -12,6 +13,7 @@ from hfc_design.core.records import UserError
 from hfc_design.core.wording import percent, three_digits
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
+from hfc_design.files.scenario import Scenario
 from hfc_design.identify import experiment_files, identified
 from hfc_design.identify.checking import LATER, Check, Promise
 from hfc_design.identify.experiment import CHECKED, Experiment, choose, default_limits, follower
@@ -159,7 +161,11 @@ def experiment(
     made = choose(setup, duration, limits, parameters, add)
     if folder is not None:
         one = loaded.plant.each()[setup.axis]
-        experiment_files.write(made, one, loaded.plant.name, path_of(folder), how)
+        machine = f"--scenario {shlex.quote(str(scenario))}"
+        if isinstance(scenario, Scenario):
+            machine = f"--plant {loaded.plant.name}"
+        names = {"plant": loaded.plant.name, "machine": machine}
+        experiment_files.write(made, one, names, path_of(folder), how)
     return made
 
 

@@ -72,11 +72,12 @@ def laps(
         check_positive("sample_time", sample_time)
     design = load_design(design)
     where = load_scenario(scenario or own_scenario(design, design.name), changes).motion(motion)
-    samples = where.samples()
-    errors = []
+    samples, errors = where.samples(), list[Floats]()
     for log in logs:
         with as_user_error(log):
             errors.append(_error(path_of(log), where, samples, columns, sample_time))
+            if any(np.array_equal(errors[-1], one) for one in errors[:-1]):
+                raise ValueError("is given twice, or has the signals of another lap")
     own = filters(design, where)
     if errors:
         names = tuple(path_of(log).name for log in logs)
@@ -87,7 +88,7 @@ def laps(
 
 def _of_errors(
     errors: Floats, samples: Samples, own: Filters
-) -> tuple[Floats, Floats, None, Floats, tuple[Floats, Floats]]:
+) -> tuple[Floats, Floats, None, Floats, Floats, tuple[Floats, Floats]]:
     """Return the last fields of ``Laps`` from the errors of logs (laps, axes, steps)."""
     table = np.zeros_like(errors[0])
     kept = Kept.of(table, errors[0])
@@ -96,7 +97,7 @@ def _of_errors(
         kept = kept.after(table, error)
         table = kept.following(own)
     rms, largest = rms_of(errors.reshape(len(errors), -1)), largest_error(samples, -errors)
-    return rms[:, None], largest[:, None], None, table, (errors[0], kept.error)
+    return rms[:, None], largest[:, None], None, table, kept.table, (errors[0], kept.error)
 
 
 def _error(

@@ -40,6 +40,8 @@ SEGMENTS, COMPARED, TRIED, CHECKED = 8, 4, 125, 1000
 #: a segment is made smaller at least until none uses more, and how often.
 USED, ALLOWED, SMALLER, TRIES = 0.85, (0.95, 0.95, 1.0, 1.0), 0.97, 20
 SHORT = "is too short for any experiment"
+#: An experiment must tell at least one parameter with a smaller relative standard error than this.
+TELLS = 0.5
 #: Bandwidth of the observer in the replay of a log [Hz], at most this share of the sampling rate.
 OBSERVER, SHARE = 20.0, 0.1
 #: Time in which a speed without an acceleration is reached [s].
@@ -115,8 +117,9 @@ def choose(
         UserError: a parameter is unknown, or the travel is too short for any experiment.
     """
     scenario, every, one = setup.scenario, setup.every, setup.scenario.plant.each()[setup.axis]
-    drive, step = scenario.machine.drives[setup.axis], one.resolution or 0.0
-    noise = np.hypot(step / np.sqrt(12.0), scenario.sensors.of(one.name).noise)
+    drive, sensors = scenario.machine.drives[setup.axis], scenario.sensors.of(one.name)
+    step = max(one.resolution or 0.0, sensors.encoder_resolution)
+    noise = np.hypot(step / np.sqrt(12.0), sensors.noise)
     if limits.travel < LEAST * step:
         least = f"must be at least {LEAST * step:.3g} {drive.units['error']}, {LEAST:g} steps"
         raise UserError(f"{option('travel', limits.travel)}: {least} of the encoder")
@@ -143,6 +146,8 @@ def choose(
     after = after[..., determined, :][..., determined]
     pairs = zip(free, _errors(before).mean(axis=0), _errors(after).mean(axis=0), strict=False)
     expected = {name: (float(one), float(two)) for name, one, two in pairs}
+    if not min(two for _, two in expected.values()) < TELLS:
+        raise UserError(f"{option('travel', limits.travel)}: {SHORT}")
     reached = np.max([_reached(run, limits, every).max(axis=1) for run in made], axis=0)
     shares = dict(zip(Limits._fields, reached.tolist(), strict=True))
     unknown = tuple(name for name in wanted if name not in expected)

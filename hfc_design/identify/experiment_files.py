@@ -1,6 +1,6 @@
 """The folder of an experiment: its page, and the experiment as CSV, G-code, C and for HAL."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -22,15 +22,22 @@ from hfc_design.report import REPORT, rendered
 POINTS = 0.02
 
 
-def write(made: Experiment, axis: Axis, plant: str, path: Path, command: str) -> None:
-    """Write an experiment's folder; ``command`` made it; RunError: the folder cannot be written."""
+def write(made: Experiment, axis: Axis, known: Mapping[str, str], path: Path, command: str) -> None:
+    """Write the folder of an experiment.
+
+    ``known`` has the names of the plant, and the option that names the machine; ``command`` is the
+    command line that made the experiment.
+
+    Raises:
+        RunError: the folder cannot be written.
+    """
     parts, limits, errors = tables(made)
     page = rendered(
         "experiment.html.j2",
-        f"experiment for {plant}",
+        f"experiment for {known['plant']}",
         small_address,
         made=made,
-        plant=plant,
+        **known,
         units=made.units,
         gcode="mm" if axis.length else "degrees",
         drawn=drawn(made),

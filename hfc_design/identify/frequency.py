@@ -24,6 +24,8 @@ from plants import Drive
 SEGMENT, PARTS, LEAST, OVERLAP = 16384, 5, 32, 0.82
 #: Number of neighbouring frequencies whose median coherence counts; coherence that counts alone.
 CALM, NO_CHANCE = 9, 0.9
+#: Least power of an added signal at a frequency, as a share of its largest: else nothing is known.
+EXCITED = 1e-4
 #: Modes: least factor of a peak over its surroundings; width of the fit as a factor on the
 #: frequency; dampings from which it starts; least number of frequencies; factor by which the mode
 #: has to reduce the squares; largest standard error of its frequency, as a share of it.
@@ -79,6 +81,9 @@ def measured_response(log: Recording, drive: Drive, source: str) -> FrequencyRes
     trust = np.minimum(coherence(x, u), coherence(x, y))
     # A few frequencies of noise are coherent by chance; of a log of single sines only few are.
     trust = np.where(trust > NO_CHANCE, trust, median_filter(trust, CALM, mode="nearest"))
+    if np.ptp(log.added):
+        power = density(log.added[part], log.added[part], length, every).real
+        trust = np.where(power >= EXCITED * power.max(), trust, 0.0)
     if not (trust >= KNOWN).any():
         raise UserError(
             f"{source}: the coherence is below {KNOWN:g} at all frequencies (largest "

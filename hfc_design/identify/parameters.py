@@ -18,6 +18,8 @@ FACTOR = 30.0
 #: Logarithms of factors that suggest a wrong unit: mm or um for m, rev/min, degrees. Other factors
 #: show nothing: a fit may start with the values of a very different machine.
 UNITS = np.log([1e3, 1e6, 60.0, 57.3])
+#: Largest distance from such a factor, as a logarithm: start values are a third off, too.
+NEAR = 0.4
 #: Scale of a parameter of either sign that starts at 0 [its unit].
 SMALL = 0.1
 #: Name of a constant load that is not a parameter; parameters of some drives that act like it.
@@ -106,7 +108,7 @@ class FreeParameters:
         rows = zip(self.names, self.values(numbers), self.positive, strict=True)
         factors = {name: float(x) / self.starts[name] for name, x, positive in rows if positive}
         off = {k: np.abs(abs(np.log(x)) - UNITS).min() for k, x in factors.items() if x}
-        return {k: factors[k] for k, x in off.items() if x < 0.1}
+        return {k: factors[k] for k, x in off.items() if x < NEAR}
 
 
 def free_parameters(

@@ -36,7 +36,8 @@ class Laps(NamedTuple):
     rms: Floats  # of the error of all axes
     largest: Floats  # contour error, or of one axis the error; nan: the machine diverges
     shared: Floats | None  # (machines,) the same with the table of the nominal one; None: logs
-    table: Floats  # (axes, steps)
+    table: Floats  # (axes, steps) for the next lap
+    best: Floats  # (axes, steps) of the best lap so far, of each axis
     errors: tuple[Floats, Floats]  # (axes, steps) of the nominal machine, first and best lap
 
     def __repr__(self) -> str:
@@ -156,8 +157,12 @@ class Laps(NamedTuple):
         about["sums"] = ",".join(f"laps-{name}" for name in columns)
         lines = [HAL.format(**about)]
         lines += [HAL_AXIS.format(axis=name, k=k) for k, name in enumerate(columns)]
+        best = {
+            name: (x, volt) for (name, (_, volt)), x in zip(columns.items(), self.best, strict=True)
+        }
         files: dict[str, Content] = {
             "laps.csv": sampled.csv(self._time, columns),
+            "best.csv": sampled.csv(self._time, best),
             "laps.h": sampled.c_header("laps", every, columns),
             "laps.txt": sampled.streamed(rows),
             "laps.hal": "".join(lines),

@@ -158,7 +158,8 @@ class Learned(NamedTuple):
     rms: Floats  # (rows, machines) of the error of all axes
     largest: Floats  # (rows, machines) largest contour error, or of one axis the largest error
     shared: Floats  # (machines,) the same, all with the table of the nominal machine
-    table: Floats  # (axes, steps) that the nominal machine keeps
+    table: Floats  # (axes, steps) that the nominal machine keeps, for the next lap
+    best: Floats  # the same
     errors: tuple[Floats, Floats]  # (axes, steps) of the nominal machine in the first and last row
 
 
@@ -187,7 +188,9 @@ def learned(setup: Setup, filters: Filters, laps: int, progress: Progress | None
             progress(min(begin + width, count), count)
     assert nominal is not None
     shared = _lap(setup, setup.machines, nominal[0], laps + 1).largest
-    return Learned(np.hstack(rms)[:, :count], np.hstack(largest)[:, :count], shared, *nominal)
+    return Learned(
+        np.hstack(rms)[:, :count], np.hstack(largest)[:, :count], shared, nominal[0], *nominal
+    )
 
 
 class _Lap(NamedTuple):

@@ -242,6 +242,8 @@ def drawn(responses: Sequence[FrequencyResponse], columns: int = 2) -> "Figure":
 
     Each of their ``curves`` has a panel; the Nyquist curve only if there are several ``columns``.
     """
+    from matplotlib.ticker import LogLocator
+
     from hfc_design.plotting.figure import WIDTH, above, colour, framed, gridded
 
     shown = [(one.source, one.curves()) for one in map(_fewer, responses)]
@@ -268,6 +270,11 @@ def drawn(responses: Sequence[FrequencyResponse], columns: int = 2) -> "Figure":
             continue
         axes.set(xscale="log", yscale="log" if label.startswith(LOGARITHMIC) else "linear")
         for axis in (axes.xaxis, axes.yaxis):  # powers of ten would be in small letters
+            low, high = axis.get_view_interval()
+            if axis.get_scale() == "log":
+                few = (1.0, 2.0, 5.0) if high < 100.0 * low else (1.0,)
+                axis.set_major_locator(LogLocator(subs=few))
+                axis.set_minor_formatter("")
             axis.set_major_formatter("{x:g}")
         if label in MARKED:
             axes.axhline(MARKED[label], color="0.3", lw=0.8)

@@ -28,7 +28,7 @@ def test_each_sample_has_its_row_of_the_table(hal, tmp_path):
     none = np.zeros((1, 1))
     filters = Filters(none, none, none, (50.0, 50.0), 1)
     known = (scenario, filters, ("0",), none, none, None)
-    Laps("huang-pid", *known, table, (table, table)).write(tmp_path)
+    Laps("huang-pid", *known, table, table, (table, table)).write(tmp_path)
     count = table.shape[1] + FADING + 100
     (tmp_path / "test.hal").write_text(TEST.format(count=count))
     hal.run(tmp_path, "test.hal")

@@ -135,7 +135,7 @@ def made(circle, logs=False):
     shared = None if logs else np.array([1.0, 3.0, 4.0])
     largest = largest[:, :1] if logs else largest
     known = (scenario, filters(), names, 0.5 * largest, largest, shared)
-    return Laps("huang-pid", *known, table, (table, 0.1 * table))
+    return Laps("huang-pid", *known, table, 0.5 * table, (table, 0.1 * table))
 
 
 def test_the_table_has_a_row_for_each_lap(circle):
@@ -157,6 +157,8 @@ def test_the_files_hold_the_table(tmp_path, circle):
     laps.write(tmp_path / "out")
     rows = np.loadtxt(tmp_path / "out" / "laps.csv", delimiter=",", skiprows=1)
     np.testing.assert_allclose(rows[:, 1:].T, laps.table, atol=1e-8)
+    best = np.loadtxt(tmp_path / "out" / "best.csv", delimiter=",", skiprows=1)
+    np.testing.assert_allclose(best[:, 1:], 0.5 * rows[:, 1:], atol=1e-8)
     streamed = np.loadtxt(tmp_path / "out" / "laps.txt")
     assert len(streamed) == len(rows) + FADING
     assert streamed[-1].tolist() == [0.0, 0.0]
