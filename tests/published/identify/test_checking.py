@@ -16,6 +16,31 @@ from hfc_design.simulation.population import Machines, standing
 SPREAD, MACHINES, EACH = 0.05, 1000, 60
 
 
+def test_before_leaves_what_the_model_lacks_out_of_account(tmp_path):
+    """A stage with 30 % more mass than the model, then with half more friction too."""
+
+    def log_of(name, friction):
+        changes = {"plant.parameters.mass": 1.3 * 95.11}
+        changes["plant.parameters.coulomb_friction"] = friction * 20.39
+        changes["plant.parameters.viscous_friction"] = friction * 203.5
+        scenario = api.load_scenario("positioning-stage-move", changes)
+        (tmp_path / name).write_text(api.trajectory_csv(api.evaluate("emps-cascade", scenario)))
+        return tmp_path / name
+
+    tight = {"design": "emps-cascade", "changes": {"robust.spread": 0.02}, "machines": 400}
+    first, again, worn = (log_of(f"{x}.csv", x) for x in (1.0, 1.002, 1.5))
+    assert api.check(first, **tight).unlike
+    assert not api.check(again, before=first, **tight).unlike
+    found = api.check(worn, before=first, **tight)
+    assert found.unlike
+    assert found.explained
+    assert found.explanations[0].name == "friction"
+    lines = first.read_text().splitlines()
+    (tmp_path / "short.csv").write_text("\n".join(lines[: len(lines) // 2]))
+    with pytest.raises(api.UserError, match="the same reference, not shorter"):
+        api.check(first, before=tmp_path / "short.csv", **tight)
+
+
 class Bench:
     """Logs of machines that the check has not drawn."""
 
