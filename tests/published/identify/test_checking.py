@@ -17,10 +17,10 @@ SPREAD, MACHINES, EACH = 0.05, 1000, 60
 
 
 def test_before_leaves_what_the_model_lacks_out_of_account(tmp_path):
-    """A stage with 30 % more mass than the model, then with half more friction too."""
+    """A stage with 10 % more mass than the model, then with half more friction too."""
 
     def log_of(name, friction):
-        changes = {"plant.parameters.mass": 1.3 * 95.11}
+        changes = {"plant.parameters.mass": 1.1 * 95.11}
         changes["plant.parameters.coulomb_friction"] = friction * 20.39
         changes["plant.parameters.viscous_friction"] = friction * 203.5
         scenario = api.load_scenario("positioning-stage-move", changes)
