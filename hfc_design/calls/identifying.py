@@ -161,10 +161,8 @@ def experiment(
     made = choose(setup, duration, limits, parameters, add)
     if folder is not None:
         one = loaded.plant.each()[setup.axis]
-        machine = f"--scenario {shlex.quote(str(scenario))}"
-        if isinstance(scenario, Scenario):
-            machine = f"--plant {loaded.plant.name}"
-        names = {"plant": loaded.plant.name, "machine": machine}
+        name = "" if isinstance(scenario, Scenario) else shlex.quote(str(scenario))
+        names = {"plant": loaded.plant.name, "scenario": name}
         experiment_files.write(made, one, names, path_of(folder), how)
     return made
 

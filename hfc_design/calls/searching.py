@@ -6,7 +6,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from hfc_design.batch.results import best_usable, is_run
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.arguments import check_type, check_whole, path_of
 from hfc_design.core.lock import exclusive
@@ -75,6 +74,8 @@ def pick(
         UserError: there is no finished run, no front, no such point, or no usable design.
         RunError: a file of the run is damaged.
     """
+    from hfc_design.batch.results import best_usable, is_run  # imports Matplotlib
+
     if point is not None:
         check_whole("point", point, 1)
     place = path_of(folder)

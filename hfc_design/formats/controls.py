@@ -210,6 +210,9 @@ def _old(control: Json, path: Path, new: Json) -> Json:
             ):
                 each[name] = float(match[1])
         by_axis[axis] = {key: x for key in names if type(x := each.get(key)) in (int, float)}
+        for key, value in each.items():
+            if type(value) in (int, float) and key not in names:
+                raise UserError(f"{path}: {key}: unknown name; {one_of(key, names)}")
     if not any(by_axis.values()):
         raise UserError(f"{path}: has no number of {', '.join(names)}")
     return by_axis

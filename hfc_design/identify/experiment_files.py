@@ -25,7 +25,7 @@ POINTS = 0.02
 def write(made: Experiment, axis: Axis, known: Mapping[str, str], path: Path, command: str) -> None:
     """Write the folder of an experiment.
 
-    ``known`` has the names of the plant, and the option that names the machine; ``command`` is the
+    ``known`` has the name of the ``plant``, and that of the ``scenario`` or ""; ``command`` is the
     command line that made the experiment.
 
     Raises:

@@ -103,8 +103,8 @@ def task_of(
         rest = {"plant": {"name": name}, "reference": {"kind": "step", "height": 0.0}}
         loaded = load_scenario({"name": "log"} | rest, changes)
     else:
-        first, second, third = (option(x, ...) for x in ("plant", "scenario", "controller"))
-        raise UserError(f"the machine is missing; give {first}, {second} or {third}")
+        first, second = (option(x, ...) for x in ("plant", "scenario"))
+        raise UserError(f"the machine is missing; give {first}, {second} or a controller")
     if name is not None and loaded.plant.name != name:
         needed = f"must be {loaded.plant.name}, the plant of the scenario"
         raise UserError(f"{option('plant', plant)}: {needed}")
