@@ -13,7 +13,6 @@ from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.loop_setup import check_laws, load_design
 from hfc_design.files.named_scenario import AnyScenario, load_scenario, renamed
-from hfc_design.report.page import write_page
 from hfc_design.runs import run as runs
 from hfc_design.runs.front import chosen
 from hfc_design.runs.individuals import design_with
@@ -40,6 +39,8 @@ def design(
         RunError: every candidate diverged; the folder cannot be written or is in use; or its
             checkpoint is damaged or of other versions.
     """
+    from hfc_design.report.page import write_page  # imports Matplotlib
+
     scenario = load_scenario(scenario)
     if folder is None:
         with TemporaryDirectory() as name:
