@@ -83,7 +83,9 @@ def laps(
         names = tuple(path_of(log).name for log in logs)
         return Laps(design.name, where, own, names, *_of_errors(np.array(errors), samples, own))
     result = learned(Setup.of(design, where, None, None, machines), own, laps, progress)
-    return Laps(design.name, where, own, (*map(str, range(laps + 1)), "kept"), *result)
+    names = (*map(str, range(laps + 1)), "kept")
+    shown = (result.rms, result.largest, result.shared, result.table, result.table)
+    return Laps(design.name, where, own, names, *shown, result.errors)
 
 
 def _of_errors(

@@ -195,9 +195,8 @@ class Promise:
                 shift = float(numbers[key][0]) - 0.5 * (low + high)
                 expected[key] = (low + shift, high + shift)
         count, distance = len(self._ranks), self._usual.distance(off)
-        alike = (
-            distance if first is None else 0.5 * distance
-        )  # the difference varies as both logs do
+        # The difference of two logs varies as both do.
+        alike = distance if first is None else 0.5 * distance
         p_value = float((1.0 + np.sum(self._ranks >= alike)) / (1.0 + count))
         values = {key: float(x[0]) for key, x in self._numbers(*signals).items()}
         explained = tuple(self._explained(off)) if p_value < UNLIKE else ()

@@ -37,8 +37,8 @@ from plants.around import plain
 SEGMENTS, COMPARED, TRIED, CHECKED = 8, 4, 125, 1000
 #: Share of each limit that candidates use by design; share that machines may use of travel, speed,
 #: acceleration (of the reference alone) and command (which is limited in any case); factor by which
-#: a segment is made smaller at least until none uses more, and how often.
-USED, ALLOWED, SMALLER, TRIES = 0.85, (0.95, 0.95, 1.0, 1.0), 0.97, 20
+#: a segment is made smaller at least, and at most, until none uses more, and how often.
+USED, ALLOWED, SMALLER, HALF, TRIES = 0.85, (0.95, 0.95, 1.0, 1.0), 0.97, 0.5, 20
 SHORT = "is too short for any experiment"
 #: An experiment must tell at least one parameter with a smaller relative standard error than this.
 TELLS = 0.5
@@ -142,6 +142,8 @@ def choose(
     chosen = _best(tables, len(free), [bool(run.segment.added.any()) for run in runs])
     picked = {k: _inside(setup, runs[k].segment, limits, every_one) for k in set(chosen)}
     made = [run for k in sorted(chosen) if (run := picked[k])]
+    if not made:
+        raise UserError(f"{option('travel', limits.travel)}: {SHORT}")
     after = np.sum([_information(setup, run, noise, names)[1] for run in made], axis=0)
     after = after[..., determined, :][..., determined]
     pairs = zip(free, _errors(before).mean(axis=0), _errors(after).mean(axis=0), strict=False)
@@ -196,7 +198,7 @@ def _inside(setup: Setup, one: Segment, limits: Limits, chosen: Integers) -> _Ru
         worst = (_reached(run, limits, setup.every).max(axis=1) / ALLOWED).max()
         if worst <= 1.0:
             return run
-        size *= float(min(SMALLER, 1.0 / worst))
+        size *= float(np.clip(1.0 / worst, HALF, SMALLER))  # a half where a machine diverges
     return None
 
 

@@ -158,8 +158,7 @@ class Learned(NamedTuple):
     rms: Floats  # (rows, machines) of the error of all axes
     largest: Floats  # (rows, machines) largest contour error, or of one axis the largest error
     shared: Floats  # (machines,) the same, all with the table of the nominal machine
-    table: Floats  # (axes, steps) that the nominal machine keeps, for the next lap
-    best: Floats  # the same
+    table: Floats  # (axes, steps) that the nominal machine keeps
     errors: tuple[Floats, Floats]  # (axes, steps) of the nominal machine in the first and last row
 
 
@@ -170,7 +169,7 @@ def learned(setup: Setup, filters: Filters, laps: int, progress: Progress | None
     finished and of all machines.
     """
     shape = len(setup.loop.limits), setup.scenario.simulation.steps
-    rms, largest, nominal = [], [], None
+    rms, largest, shared, nominal = [], [], [], None
     count = setup.machines.size
     width = -(-count // -(-count // AT_ONCE))  # chunks of one size share a program
     for begin in range(0, count, width):
@@ -184,13 +183,13 @@ def learned(setup: Setup, filters: Filters, laps: int, progress: Progress | None
         rms.append([rms_of(lap.error.reshape(machines.size, -1)) for lap in rows])
         largest.append([lap.largest for lap in rows])
         nominal = nominal or (table[0], (rows[0].error[0], rows[-1].error[0]))
+        shared.append(_lap(setup, machines, nominal[0], laps + 1).largest)
         if progress:
             progress(min(begin + width, count), count)
     assert nominal is not None
-    shared = _lap(setup, setup.machines, nominal[0], laps + 1).largest
-    return Learned(
-        np.hstack(rms)[:, :count], np.hstack(largest)[:, :count], shared, nominal[0], *nominal
-    )
+    rows_of_all = (np.concatenate(x, axis=-1)[..., :count] for x in (rms, largest, shared))
+    errors, most, with_one_table = rows_of_all
+    return Learned(errors, most, with_one_table, *nominal)
 
 
 class _Lap(NamedTuple):
