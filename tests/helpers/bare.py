@@ -131,7 +131,7 @@ def _audit(event, arguments):
         return
     _looking = True
     try:
-        if not _by_us(sys._getframe(1)):
+        if not _by_us(sys._getframe().f_back):  # none: the program itself is opened
             return
         path = arguments[0]
         if event in ("open", "os.listdir"):
