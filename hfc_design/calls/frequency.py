@@ -9,7 +9,8 @@ from hfc_design.core.overrides import Changes
 from hfc_design.core.records import UserError, option
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.design_set import labelled
-from hfc_design.files.named_scenario import AnyScenario
+from hfc_design.files.loop_setup import own_scenario
+from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.identify.frequency import measured_response
 from hfc_design.identify.recording import recordings, sources
 from hfc_design.identify.request import task_of
@@ -49,7 +50,7 @@ def frequency(
         logs_and_designs: paths of logs (files other than .json), and designs.
         plant: name of the plant of the logs; not needed with a scenario or a design.
         scenario: scenario with machine, sensors and limits; default: that of each design.
-        changes: changes to the scenario of the logs, by dotted keys.
+        changes: changes to the scenario, by dotted keys.
         axis: name of the axis; default: the first.
         columns: column of a signal of the logs and its unit, as in "position=qm [m]".
         sample_time: sample time of the logs [s], if they do not contain it.
@@ -84,7 +85,8 @@ def frequency(
             responses.append(measured_response(recording, task.drive_axis.drive, name))
     for label, design in (labelled(designs) if designs else {}).items():
         about = (axis, speed, amplitudes, machines, frequencies)
-        for one in simulated_response(design, scenario, *about):
+        where = load_scenario(scenario or own_scenario(design, design.name), changes)
+        for one in simulated_response(design, where, *about):
             responses.append(one._replace(source=one.source.replace(design.name, label, 1)))
-        oscillations += limit_cycles(design, scenario, axis) if cycles else []
+        oscillations += limit_cycles(design, where, axis) if cycles else []
     return Frequencies(responses, oscillations if cycles else None)

@@ -169,6 +169,7 @@ class Sines(NamedTuple):
     command: Any
     load: Any  # None: no sines on the load
     shift: Any  # (..., frequencies) of the reference
+    overtones: tuple[Any, ...] = ()  # complex; the command's 2nd, 3rd... as shares of its first
 
 
 class Answers(NamedTuple):
@@ -184,6 +185,7 @@ class Answers(NamedTuple):
     load: Any  # added to the load
     moved: Any  # the position, under the sine of the load
     resisting: Any  # the command, under the sine of the load
+    overtones: Any  # (overtones, cases, frequencies) of the answer
 
 
 def simulated_response(
@@ -287,13 +289,14 @@ def stepped_sines(
         sums = np.moveaxis(np.asarray(_sums(code, setup.axis, shared, cases))[:count], -1, 0)
     turns = angles[:, None] * np.arange(len(weights))
     unit = (np.cos(turns) * np.exp(-1j * turns)) @ weights
-    command, answer, seen, _, *powers, middle = sums[..., : len(angles)]
+    command, answer, seen, _, *powers, middle = sums[:7, :, : len(angles)]
     resisting, _, _, moved, *_ = sums[..., -len(angles) :]
+    overtones = sums[7:, :, : len(angles)]
     with np.errstate(all="ignore"):
         shares = 2.0 * np.abs([command, answer]) ** 2 / (np.real(powers) * weights.sum())
     share, mean = np.nan_to_num(shares).min(axis=0), middle.real / weights.sum()
     added, load = (0.0 * unit if x is None else x[:, None] * unit for x in sines[:2])
-    phasors = (added, command, answer, seen, mean, share, load, moved, resisting)
+    phasors = (added, command, answer, seen, mean, share, load, moved, resisting, overtones)
     return Answers(angles / (2.0 * np.pi * every), *phasors)
 
 
@@ -322,16 +325,20 @@ def _sums(code: Code, axis: int, shared: _Shared, cases: Any) -> Any:
         first = jax.tree.map(lambda leaf: jnp.broadcast_to(leaf, turned.shape), first)
         about = (loop, axis, gains, shared.nominal, fixed)
         move = jax.vmap(partial(_moved, about), in_axes=(0, 0, 0, 0, None, None))
-        more = jnp.exp(1j * turned)
+        more, (command, load, shift) = jnp.exp(1j * turned), lanes
 
         def sample(carry: Any, given: Any) -> Any:
             before, turn, sums = carry
             *moving, weight = given
             row, every = row_at(shared.row, *moving), shared.row.sample_time
-            after, signals = move(before, turn, turned, Sines(*lanes), row, every)
-            return (after, turn * more, sums + weight * _added(signals, turn)), None
+            higher = (x * turn ** (2 + k) for k, x in enumerate(sines.overtones))
+            now = command * jnp.real(sum(higher, turn))
+            after, signals = move(before, turn, turned, Sines(now, load, shift), row, every)
+            sums = sums + weight * _added(signals, turn, len(sines.overtones))
+            return (after, turn * more, sums), None
 
-        begin = first, jnp.ones_like(more), jnp.zeros((len(more) - 1, 7), more.dtype)
+        columns = 7 + len(sines.overtones)
+        begin = first, jnp.ones_like(more), jnp.zeros((len(more) - 1, columns), more.dtype)
         return lax.scan(sample, begin, (*shared.moving, shared.window))[0][2]
 
     return spread(lambda some: lax.map(one_case, some), CHUNKS, (CHUNKS,))(cases)
@@ -353,7 +360,7 @@ def _moved(
     ]
     there = one._replace(loads=tuple(loads), reference=one.reference + lane.shift)
     axes = tuple(there if k == axis else x for k, x in enumerate(row.axes))
-    added = tuple(lane.command * turn.real if k == axis else None for k in range(len(axes)))
+    added = tuple(lane.command if k == axis else None for k in range(len(axes)))
     given = (nominal, fixed, every, (gains, added), before, row._replace(axes=axes))
     after = next_state(loop, *given)
     seen = getattr(drive.measured(fixed[axis], state), drive.seen[0])
@@ -361,14 +368,15 @@ def _moved(
     return after, signals
 
 
-def _added(signals: tuple[Any, ...], turn: Any) -> Any:
-    """Return what a sample adds to the sums: four phasors, two powers, the mean position.
+def _added(signals: tuple[Any, ...], turn: Any, overtones: int) -> Any:
+    """Return what a sample adds to the sums: 4 phasors, 2 powers, the mean position, overtones.
 
     The signals of the last lane, which has no sine, are subtracted.
     """
     off = [one[:-1] - one[-1] for one in signals]
-    phasors = [x * jnp.conj(turn[:-1]) for x in off]
-    return jnp.stack([*phasors, off[0] ** 2, off[1] ** 2, off[2]], axis=-1)
+    back = jnp.conj(turn[:-1])
+    phasors, higher = [x * back for x in off], [off[1] * back ** (2 + k) for k in range(overtones)]
+    return jnp.stack([*phasors, off[0] ** 2, off[1] ** 2, off[2], *higher], axis=-1)
 
 
 def row_at(row: Samples, travel: Any, rate: Any, acceleration: Any) -> Samples:

@@ -4,8 +4,12 @@ The describing function is not that of a single element but of the whole loop, o
 command: a sine of amplitude A drives the machine, and the first harmonic of what the controller
 answers gives L(A, f), with gaps, friction, encoder steps and a fuzzy law in it. A limit cycle is
 predicted where L = -1. It is stable if |L| falls with A there: a larger oscillation then decays.
+Near a stable one the sine gets the overtones of the answer, a few times over (harmonic balance): a
+command that jumps between its limits moves an axis with friction farther than its sine alone.
 (Gelb & Vander Velde, Multiple-Input Describing Functions and Nonlinear System Design, 1968, ch. 3)
 """
+
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -21,8 +25,8 @@ from hfc_design.stability.margins import between
 #: Smallest and largest amplitude, as shares of the largest command, and their number; number of
 #: frequencies.
 AMPLITUDES, FREQUENCIES = (2e-3, 50.0, 40), 48
-#: Ratio of the ends of the second grid to its middle.
-NEAR = 1.12
+#: Ratio of the ends of each finer grid to its middle; its amplitudes and frequencies; overtones.
+NEAR, CLOSE, OVERTONES = (1.4, 1.2, 1.1, 1.1), (12, 24), 8
 #: Periods of a reference that starts the simulated oscillation, until it has settled, and measured.
 KICKED, SETTLED, MEASURED = 6, 40, 20
 #: Amplitudes of that reference, as factors on the predicted one; share that counts as sustained.
@@ -38,24 +42,35 @@ def limit_cycles(
     """
     setup = Setup.of(design, scenario, axis, 0.0, 0)
     amplitudes = np.geomspace(*AMPLITUDES) * setup.largest
-    cycles = _predicted(setup, amplitudes, whole_periods(FREQUENCIES))
+    cycles = [one for one, _ in _predicted(setup, amplitudes, whole_periods(FREQUENCIES))]
     return [_simulated(setup, _closer(setup, one)) if one.stable else one for one in cycles]
 
 
 def _closer(setup: Setup, cycle: LimitCycle) -> LimitCycle:
-    """Return the cycle from a finer grid around it."""
-    amplitudes = np.geomspace(1.0 / NEAR, NEAR, AMPLITUDES[2]) * cycle.driven
-    periods = np.geomspace(1.0 / NEAR, NEAR, FREQUENCIES) * cycle.hz * WINDOW * setup.every
-    near = [one for one in _predicted(setup, amplitudes, periods) if one.stable]
-    return min(near, key=lambda one: abs(np.log(one.hz / cycle.hz)), default=cycle)
+    """Return the cycle from finer grids around it, with overtones."""
+    overtones: Sequence[complex] = [0j] * OVERTONES
+    for end in NEAR:
+        amplitudes = np.geomspace(1.0 / end, end, CLOSE[0]) * cycle.driven
+        periods = np.geomspace(1.0 / end, end, CLOSE[1]) * cycle.hz * WINDOW * setup.every
+        near = _predicted(setup, amplitudes, periods, overtones)
+        stable = [one for one in near if one[0].stable]
+        apart = [abs(np.log(one.hz / cycle.hz)) for one, _ in stable]
+        if stable:
+            cycle, overtones = stable[np.argmin(apart)]
+    return cycle
 
 
-def _predicted(setup: Setup, amplitudes: Floats, periods: Floats) -> list[LimitCycle]:
-    """Return where L = -1 between neighbouring amplitudes and frequencies."""
+def _predicted(
+    setup: Setup, amplitudes: Floats, periods: Floats, overtones: Sequence[complex] = ()
+) -> list[tuple[LimitCycle, Sequence[complex]]]:
+    """Return where L = -1 between neighbouring amplitudes and frequencies.
+
+    ``overtones`` are those of the command, see ``Sines``; those of the answer come with each cycle.
+    """
     some = setup.machines.take(np.zeros(len(amplitudes), int))
     shift = np.zeros((len(amplitudes), len(periods)))
     for _ in range(2):  # the second time about the place where the sine moves the axis to and fro
-        sines = Sines(amplitudes, None, shift)
+        sines = Sines(amplitudes, None, shift, tuple(0j * amplitudes + x for x in overtones))
         answers = stepped_sines(setup, some, sines, periods, opened=True)
         shift = shift + answers.middle
     with np.errstate(all="ignore"):
@@ -68,7 +83,7 @@ def _predicted(setup: Setup, amplitudes: Floats, periods: Floats) -> list[LimitC
         each = [np.log(np.abs(x)) for x in (hertz, answers.command * scale, answers.seen * scale)]
         each = [x[:, :-1] + share * np.diff(x) for x in each]
         size = np.log(size)
-    cycles = list[LimitCycle]()
+    cycles = list[tuple[LimitCycle, Sequence[complex]]]()
     for k, n in zip(*np.nonzero(crossed[:-1]), strict=True):
         others = np.flatnonzero(crossed[k + 1])
         if not others.size:
@@ -81,7 +96,11 @@ def _predicted(setup: Setup, amplitudes: Floats, periods: Floats) -> list[LimitC
             pairs = [(np.log(amplitudes[k]), np.log(amplitudes[k + 1]))]
             pairs += [(x[k, n], x[k + 1, m]) for x in each]
             driven, hz, command, position = (float(np.exp(x + way * (y - x))) for x, y in pairs)
-            cycles.append(LimitCycle(hz, command, position, driven, bool(two < one)))
+            first, higher = answers.answer[k, n], answers.overtones[:, k, n]
+            back = np.exp(-1j * np.angle(first / answers.added[k, n]))
+            shares = [x / abs(first) * back ** (2 + h) for h, x in enumerate(higher)]
+            one = LimitCycle(hz, command, position, driven, bool(two < one))
+            cycles.append((one, shares))
     return cycles
 
 

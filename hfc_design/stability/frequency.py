@@ -41,8 +41,9 @@ ABOUT = (
     "compliance: largest |position / load|; –: not among these frequencies"
 )
 CYCLES = (
-    "Limit cycles at rest. Predicted: the loop, driven by a sine of this amplitude, answers with "
-    "the same sine (describing function); simulated: what remains of an oscillation; –: nothing"
+    "Limit cycles at rest. Predicted: the open loop, driven by this oscillation, answers with the "
+    "same one (describing function; of stable ones with overtones); simulated: what remains of an "
+    "oscillation; –: nothing"
 )
 #: Labels of the Nyquist curve and of logarithmic panels; values that are marked in others.
 NYQUIST, REAL = "imaginary part of L", "real part of L"
@@ -99,6 +100,7 @@ class FrequencyResponse(NamedTuple):
         return np.asarray(self.coherence >= KNOWN)
 
     @property
+    @np.errstate(all="ignore")  # L is -1 where a machine oscillates by itself
     def margins(self) -> dict[str, Floats]:
         """Each of ``COLUMNS`` for all machines, (machines,); nan: not among the frequencies."""
         known, values = self.known, dict[str, Floats]()
@@ -112,6 +114,7 @@ class FrequencyResponse(NamedTuple):
             values["compliance"] = np.abs(self.compliance).max(axis=1)
         return values
 
+    @np.errstate(all="ignore")
     def curves(self) -> dict[str, tuple[Floats, Floats]]:
         """Return what a picture shows, by labels: x (points,), and values (machines, points)."""
         known, (drive_unit, soft_unit) = self.known, self.units
@@ -148,14 +151,14 @@ class FrequencyResponse(NamedTuple):
         for name in ("drive", "loop", "compliance"):
             values = getattr(self, name)
             if values is not None:
-                low, high = np.quantile(np.abs(values), ENDS, axis=0)
+                low, high = ends(np.abs(values))
                 curve = {"magnitude": np.abs(values[0]), "low": low, "high": high}
                 curve["phase_deg"] = lag(values[0])
                 curves[name] = {key: x.tolist() for key, x in curve.items()}
         margins = {
             key: storable({"nominal": x[0], "low": low, "high": high})
             for key, x in self.margins.items()
-            for low, high in [np.quantile(x, ENDS)]
+            for low, high in [ends(x)]
         }
         return {
             "source": self.source,
@@ -206,7 +209,7 @@ class Frequencies(NamedTuple):
             row = [one.source, *map(cell, (known[0], known[-1]) if known.size else (np.nan,) * 2)]
             for key in keys:
                 values = margins.get(key, np.array([np.nan]))
-                row.append(cell(values[0], np.quantile(values, ENDS) if len(values) > 1 else ()))
+                row.append(cell(values[0], ends(values) if len(values) > 1 else ()))
             rows.append(row)
             lines += [f"{one.source}: {sentence}" for sentence in one.lines]
         most = max(len(one.drive) for one in self.responses) - 1
@@ -231,10 +234,15 @@ class Frequencies(NamedTuple):
         return drawn(self.responses)
 
 
-def cell(value: float | None, ends: Iterable[float | None] = ()) -> str:
-    """Return the text of a number, above the ``ends`` of its band if there are any."""
+def cell(value: float | None, band: Iterable[float | None] = ()) -> str:
+    """Return the text of a number, above the ends of its ``band`` if there is one."""
     first = MISSING if value is None or not np.isfinite(value) else f"{value:.3g}"
-    return "\n".join(filter(None, (first, "..".join(map(cell, ends)))))
+    return "\n".join(filter(None, (first, "..".join(map(cell, band)))))
+
+
+def ends(values: Floats) -> Floats:
+    """Return both ends of the band of machines (machines, ...), each that of a machine."""
+    return np.asarray(np.quantile(values, ENDS, axis=0, method="nearest"))  # inf stays inf
 
 
 def drawn(responses: Sequence[FrequencyResponse], columns: int = 2) -> "Figure":
@@ -261,8 +269,7 @@ def drawn(responses: Sequence[FrequencyResponse], columns: int = 2) -> "Figure":
                 x, values = curves[label]
                 axes.plot(x, values[0], color=colour(k), lw=1.5, label=source)
                 if len(values) > 1:
-                    ends = np.quantile(values, ENDS, axis=0)
-                    axes.fill_between(x, *ends, color=colour(k), alpha=0.18, lw=0)
+                    axes.fill_between(x, *ends(values), color=colour(k), alpha=0.18, lw=0)
         gridded(axes, REAL if label == NYQUIST else "frequency [Hz]", label)
         if label == NYQUIST:
             axes.plot([-1.0], [0.0], "+", color="black", ms=9)

@@ -38,12 +38,19 @@ def test_encoder_steps_hide_a_small_sine_and_the_table_says_so():
     assert "no frequency has a coherence" in result.tables()[0].lines[0]
 
 
-def test_a_limit_cycle_of_the_milling_table_is_predicted_within_five_percent():
-    """Ten times the gain of its PID: a trembling at the limit of the command."""
-    design = api.load_design("huang-pid", {"controller.pid.k_p": 280.0})
+@pytest.mark.parametrize("gain", [196.0, 280.0, 560.0])
+def test_a_limit_cycle_of_the_milling_table_is_predicted_within_five_percent(gain):
+    """7 to 20 times the gain of its PID: a trembling at the limit of the command."""
+    design = api.load_design("huang-pid", {"controller.pid.k_p": gain})
     (cycle,) = [one for one in limit_cycles(design) if one.stable]
     assert cycle.hz == pytest.approx(cycle.simulated_hz, rel=0.05)
     assert cycle.command == pytest.approx(cycle.simulated_command, rel=0.05)
+    assert cycle.position == pytest.approx(cycle.simulated_position, rel=0.05)
+    # A square wave of the command, which its limits make: 4 / pi times its largest value.
+    assert cycle.command == pytest.approx(4.0 / np.pi * 10.0, rel=0.02)
+
+
+def test_no_limit_cycle_of_the_milling_table_as_published():
     assert not [one for one in limit_cycles("huang-pid") if one.stable]
 
 
