@@ -1,9 +1,9 @@
 """Frequency response of a design's loop as simulated, by stepped sines, all machines at once.
 
 A sine is added to the command of an axis, or to its load, while the machine moves at a steady
-speed. A *case* is one machine with one amplitude. Its lanes are all frequencies, and one lane
-without a sine, which is subtracted: what the motion itself does is then no part of the response.
-All sines have whole periods in one Hann window, so that they do not leak into each other.
+speed. A *case* is one machine with one amplitude. Its lanes are all frequencies, and some without a
+sine, one of which is subtracted: what the motion itself does is then no part of the response. All
+sines have whole periods in one Hann window, so that they do not leak into each other.
 """
 
 from collections.abc import Sequence
@@ -31,7 +31,7 @@ from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.samples import Samples
 from hfc_design.simulation.closed_loop import Loop, LoopState, closed_loop, next_state, start
-from hfc_design.simulation.compiled import CHUNKS, spread
+from hfc_design.simulation.compiled import CHUNKS, LANES, spread
 from hfc_design.simulation.flattening import Code, joined
 from hfc_design.simulation.linearised import unlimited
 from hfc_design.simulation.loop_margins import Point, near, operating_points, steady_row
@@ -50,6 +50,8 @@ CORRECTIONS = 2
 WINDOW, SETTLING = 3072, 0.5
 #: Share of the settling time in which the machine reaches its speed.
 STARTING = 0.3
+#: Number of cases that are simulated in one call, so that few and many share a compiled program.
+TOGETHER = 4
 #: Least number of periods in the window; highest frequency as a share of half the sampling rate.
 PERIODS, HIGHEST = 3, 0.98
 
@@ -283,14 +285,18 @@ def stepped_sines(
     code, numbers = loop._replace(controller=Excited(law, opened)).apart
     about = (numbers, machines.nominal, setup.gains, setup.point.row)
     shared, count = _Shared(*about, moving, weights, angles), machines.size
-    order = np.minimum(np.arange(count + -count % jax.device_count()), count - 1)
-    cases = jax.tree.map(lambda leaf: leaf[order], (machines.actual, sines))
-    with own_code_of(loop), np.errstate(all="ignore"):
-        sums = np.moveaxis(np.asarray(_sums(code, setup.axis, shared, cases))[:count], -1, 0)
+    width, parts = -(-TOGETHER // jax.device_count()) * jax.device_count(), []
+    for begin in range(0, count, width):
+        chosen = np.minimum(np.arange(begin, begin + width), count - 1)
+        cases = jax.tree.map(lambda leaf, chosen=chosen: leaf[chosen], (machines.actual, sines))
+        with own_code_of(loop), np.errstate(all="ignore"):
+            parts.append(_sums(code, setup.axis, shared, cases))
+    sums = np.moveaxis(np.concatenate(parts)[:count], -1, 0)
     turns = angles[:, None] * np.arange(len(weights))
     unit = (np.cos(turns) * np.exp(-1j * turns)) @ weights
     command, answer, seen, _, *powers, middle = sums[:7, :, : len(angles)]
-    resisting, _, _, moved, *_ = sums[..., -len(angles) :]
+    begin = 0 if sines.load is None else len(angles)
+    resisting, _, _, moved, *_ = sums[..., begin : begin + len(angles)]
     overtones = sums[7:, :, : len(angles)]
     with np.errstate(all="ignore"):
         shares = 2.0 * np.abs([command, answer]) ** 2 / (np.real(powers) * weights.sum())
@@ -307,14 +313,15 @@ def whole_periods(count: int) -> Floats:
 
 @partial(jax.jit, static_argnums=(0, 1), compiler_options=devices.compiler_options())
 def _sums(code: Code, axis: int, shared: _Shared, cases: Any) -> Any:
-    """Return weighted sums (cases, lanes with a sine, 7) over the window, see ``_added``."""
+    """Return weighted sums (cases, lanes, 7 or more) over the window, see ``_added``."""
     loop: Loop = joined(code, shared.numbers)
     gains = jax.tree.map(lambda row: row[0], jax.tree.map(nested, shared.gains))
     angles, zeros = shared.angles, jnp.zeros(len(shared.angles))
 
     def one_case(case: Any) -> Any:
         true, sines = case
-        fixed, none = loop.coefficients(true), jnp.zeros(1)
+        fixed, count = loop.coefficients(true), len(angles) * (1 if sines.load is None else 2)
+        none = jnp.zeros(LANES - count % LANES)  # full registers: a third faster
         each: list[tuple[Any, ...]] = [(angles, sines.command + zeros, zeros, sines.shift)]
         if sines.load is not None:
             each.append((angles, zeros, sines.load + zeros, sines.shift))
@@ -338,7 +345,7 @@ def _sums(code: Code, axis: int, shared: _Shared, cases: Any) -> Any:
             return (after, turn * more, sums), None
 
         columns = 7 + len(sines.overtones)
-        begin = first, jnp.ones_like(more), jnp.zeros((len(more) - 1, columns), more.dtype)
+        begin = first, jnp.ones_like(more), jnp.zeros((len(more), columns), more.dtype)
         return lax.scan(sample, begin, (*shared.moving, shared.window))[0][2]
 
     return spread(lambda some: lax.map(one_case, some), CHUNKS, (CHUNKS,))(cases)
@@ -373,8 +380,8 @@ def _added(signals: tuple[Any, ...], turn: Any, overtones: int) -> Any:
 
     The signals of the last lane, which has no sine, are subtracted.
     """
-    off = [one[:-1] - one[-1] for one in signals]
-    back = jnp.conj(turn[:-1])
+    off = [one - one[-1] for one in signals]
+    back = jnp.conj(turn)
     phasors, higher = [x * back for x in off], [off[1] * back ** (2 + k) for k in range(overtones)]
     return jnp.stack([*phasors, off[0] ** 2, off[1] ** 2, off[2], *higher], axis=-1)
 
