@@ -86,6 +86,8 @@ def _axes(control: Json, design: Design, motor: Json) -> dict[str, Json]:
         part, sensors = parts.get(axis.name, design), scenario.sensors.of(axis.name)
         kind, drive = part.controller.kind, axis.drive
         gains = _gains(control, part, sensors)
+        # The integral of pid+ff lacks the present error, which the controls' integrals contain.
+        late = part.controller.sample_time_s if kind == "pid+ff" else 0.0
         unit = axis.length or (180.0 / pi if drive.units["error"] == "rad" else 1.0)
         position = sensors.feedback or drive.seen[0]
         reads = sensors.velocity == "tachometer" and kind == "pid+ff"
@@ -95,8 +97,9 @@ def _axes(control: Json, design: Design, motor: Json) -> dict[str, Json]:
         if hasattr(axis.parameters, "backlash"):  # behind it an encoder measures the error itself
             of["backlash"] = axis.parameters.backlash * unit * (position != drive.position)
         if control["form"] == "cascade":
-            of |= _cascade(part.name, axis, gains, unit, motor)
+            of |= _cascade(part.name, axis, gains, late, unit, motor)
         else:
+            gains = gains._replace(kp=gains.kp - gains.ki * late)
             of |= {key: getattr(gains, f"k{key}") / unit for key in "pid"}
             of |= {key: getattr(gains, key) / unit for key in ("velocity", "acceleration")}
             friction = {"coulomb": gains.coulomb, "width": gains.width * unit}
@@ -113,38 +116,48 @@ def _gains(control: Json, design: Design, sensors: SensorSettings) -> LinearGain
         gains = LinearGains(*dict(record.pid).values())
         had["controller.dead_zone"] = record.dead_zone
     elif record.kind == "pid+ff":
-        law = record.law_gains()
-        gains = law._replace(kp=law.kp - law.ki * record.sample_time_s)  # less the present error
+        gains = record.law_gains()
         had |= {f"controller.{key}": len(getattr(record, key)) for key in ("signals", "resonators")}
-        had["controller.derivative_hz"] = law.filter_pole > 1e-6
+        had["controller.derivative_hz"] = gains.filter_pole > 1e-6
         if control["form"] == "pid":
             had["sensors.observer"] = sensors.observer_hz or 0.0
             had["sensors.difference_samples"] = sensors.difference_samples - 1
         lacking = (name for name in MULTIPLES if name not in control["takes"])
-        had |= {f"controller.feed_forward.{name}": getattr(law, name) for name in lacking}
+        had |= {f"controller.feed_forward.{name}": getattr(gains, name) for name in lacking}
     else:
         raise UserError(f"design {design.name} is of kind {record.kind}: must be pid or pid+ff")
-    for key in (key for key, value in had.items() if value):
-        none = f"design {design.name}: {key}: {control['called']} has none; search without it"
-        ranges = f", as with controller.ranges.{key.rpartition('.')[2]}_multiple = [0, 0]"
-        filtered = f", as with controller.control = {control['form']!r}" if "hz" in key else ""
-        raise UserError(none + (ranges if "forward" in key else filtered))
+    if keys := [key for key, value in had.items() if value]:
+        form = f"controller.control = {control['form']!r}"
+        forward = [key.rpartition(".")[2] for key in keys if "forward" in key]
+        how = [f"controller.ranges.{name}_multiple = [0, 0]" for name in forward]
+        how = ", ".join([*how, *(form for key in keys if "hz" in key)])
+        inner = " (of the speed it has all, in kd)" * ("velocity" in forward)
+        it = "them" if keys[1:] else "it"
+        raise UserError(
+            f"design {design.name}: {control['called']} lacks {', '.join(keys)}{inner}; "
+            f"search without {it}{how and ', as with '}{how}"
+        )
     return gains
 
 
-def _cascade(name: str, axis: Axis, gains: LinearGains, unit: float, motor: Json) -> Json:
+def _cascade(
+    name: str, axis: Axis, gains: LinearGains, late: float, unit: float, motor: Json
+) -> Json:
     """Return the quantities of a cascade; nan: the motor's data do not suffice.
 
-    Kv and 1/Tn are the roots of ``z^2 - kp/kd z + ki/kd``, Kv is the smaller one. A pulse of the
+    Kv and 1/Tn are the roots of ``z^2 - kp/kd z + ki/kd`` with kp less ``ki late``, Kv is the
+    smaller one; both are real for ki up to ``most``. A pulse of the
     commanded speed that begins with twice the Coulomb friction over Kp and decays with Tn steps
     the torque of the PI by twice the friction.
     """
     kp, ki, kd = gains.kp, gains.ki, gains.kd
-    if not (kp > 0 and kd > 0 and 0 <= 4.0 * ki * kd <= kp**2):
-        most = f", at most {kp**2 / (4.0 * kd):.4g}" if kd > 0 else ""
-        wanted = f"kp and kd must be more than 0 and ki 0 to kp^2 / (4 kd){most}, for a cascade"
+    most = (kp / (sqrt(kd) + sqrt(kd + kp * late))) ** 2 if kp > 0 and kd > 0 else nan
+    if not 0 <= ki <= most:
+        limit = "" if isnan(most) else f" and ki 0 to {most:.4g}"
+        wanted = f"kp and kd must be more than 0{limit} for a cascade"
         keeps = "a search for a pid+ff with controller.control = 'cascade' keeps to that"
         raise UserError(f"design {name}: {wanted} (got {kp:.4g}, {kd:.4g}, {ki:.4g}); {keeps}")
+    kp -= ki * late
     larger = 0.5 * kp / kd + sqrt(max(0.25 * (kp / kd) ** 2 - ki / kd, 0.0))
     kv, integral = (ki / kd / larger, larger) if ki else (larger, 0.0)
     lead, torque, constant, friction = _motor(axis, motor)
@@ -176,12 +189,13 @@ def _motor(axis: Axis, given: Json) -> tuple[float, float, float, float]:
 
 def _values(of: str, rows: list[Row], quantities: Json) -> dict[str, float]:
     """Return the parameters whose quantities are known; UserError: one is out of its range."""
-    values = {}
-    for row in (row for row in rows if row.of in quantities):
+    values, known = {}, [row for row in rows if row.of in quantities]
+    if without := [row for row in known if isnan(quantities[row.of])]:
+        needed = MOTOR[: max(NEEDED.get(row.of.partition("_")[0], 2) for row in without)]
+        names = ", ".join(row.name for row in without)
+        raise UserError(f"{of}: {option('motor')} must have {', '.join(needed)}, for {names}")
+    for row in known:
         value = float(f"{quantities[row.of] * row.factor:.7g}")
-        if isnan(value):
-            needed = MOTOR[: NEEDED.get(row.of.partition("_")[0], 2)]
-            raise UserError(f"{of}: {row.name} needs {', '.join(needed)} in {option('motor')}")
         if not row.low <= value <= row.high:
             allowed = f"must be {row.low:g} to {row.high:g} ({row.source})"
             raise UserError(f"{of}: {row.name} = {value:g} [{row.unit}]: {allowed}")

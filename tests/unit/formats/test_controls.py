@@ -126,7 +126,13 @@ def test_angles_are_degrees_and_friction_goes_to_the_bias():
             lambda: pid_ff("milling-table-circle", "sensors={velocity='observer',observer_hz=50}"),
             "sensors.observer",
         ),
-        ("siemens", lambda: pid_ff(ki=900.0), "ki 0 to kp^2 / (4 kd)"),
+        # (kp - 0.005 ki)^2 = 4 ki kd at 671.4, for a sample every 5 ms.
+        ("siemens", lambda: pid_ff(ki=671.5), "ki 0 to 671.4"),
+        (
+            "beckhoff",
+            lambda: pid_ff(feed_forward={"coulomb": 1.0, "coulomb_width": 1.0, "load": 1.0}),
+            "lacks controller.feed_forward.coulomb, controller.feed_forward.load",
+        ),
         ("siemens", lambda: pid_ff(kd=0.0), "kd must be more than 0"),
         (
             "siemens",
