@@ -129,8 +129,8 @@ def _gains(control: Json, design: Design, sensors: SensorSettings) -> LinearGain
     if keys := [key for key, value in had.items() if value]:
         form = f"controller.control = {control['form']!r}"
         forward = [key.rpartition(".")[2] for key in keys if "forward" in key]
-        how = [f"controller.ranges.{name}_multiple = [0, 0]" for name in forward]
-        how = ", ".join([*how, *(form for key in keys if "hz" in key)])
+        ranges = [f"controller.ranges.{name}_multiple = [0, 0]" for name in forward]
+        how = ", ".join([*ranges, *(form for key in keys if "hz" in key)])
         inner = " (of the speed it has all, in kd)" * ("velocity" in forward)
         it = "them" if keys[1:] else "it"
         raise UserError(

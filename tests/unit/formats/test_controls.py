@@ -20,6 +20,7 @@ EVERY = 0.005
 #: A table has 0.14 N m/V, 5 mm a turn, 0.05 N m and 300 N of friction, and 0.4 mm of backlash.
 TURN = 2.0 * np.pi / 5.0
 PID = load_design("huang-pid", {"controller.pid": {"k_p": 40.0, "k_i": 300.0, "k_d": 0.5}})
+LOAD = {"load": 1.0, "expected_load": 1.0}
 
 
 def pid_ff(scenario="milling-table-circle", *changes, **gains):
@@ -119,7 +120,7 @@ def test_angles_are_degrees_and_friction_goes_to_the_bias():
     [
         ("linuxcnc-pid", lambda: pid_ff(derivative_hz=50.0), "controller.derivative_hz"),
         ("siemens", lambda: pid_ff(feed_forward={"velocity": 1.0}), "feed_forward.velocity"),
-        ("odrive", lambda: pid_ff(feed_forward={"load": 1.0, "expected_load": 1.0}), "load"),
+        ("odrive", lambda: pid_ff(feed_forward=LOAD), "load"),
         ("linuxcnc-pid", lambda: with_controller(PID, dead_zone=0.01), "controller.dead_zone"),
         (
             "linuxcnc-pid",
@@ -130,7 +131,7 @@ def test_angles_are_degrees_and_friction_goes_to_the_bias():
         ("siemens", lambda: pid_ff(ki=671.5), "ki 0 to 671.4"),
         (
             "beckhoff",
-            lambda: pid_ff(feed_forward={"coulomb": 1.0, "coulomb_width": 1.0, "load": 1.0}),
+            lambda: pid_ff(feed_forward={"coulomb": 1.0, "coulomb_width": 1.0, **LOAD}),
             "lacks controller.feed_forward.coulomb, controller.feed_forward.load",
         ),
         ("siemens", lambda: pid_ff(kd=0.0), "kd must be more than 0"),
