@@ -16,7 +16,7 @@ from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.files.scenario import Scenario
 from hfc_design.identify import experiment_files, identified
 from hfc_design.identify.checking import LATER, Check, Promise
-from hfc_design.identify.experiment import CHECKED, Experiment, choose, default_limits, follower
+from hfc_design.identify.experiment import CHECKED, Experiment, choose, follower
 from hfc_design.identify.frequency import measured_response
 from hfc_design.identify.identified import Identified
 from hfc_design.identify.page import write
@@ -135,9 +135,10 @@ def experiment(
         parameters: parameters that the experiment is to show; default: all that are not exact or 0.
         duration: duration of the experiment [s].
         travel: travel from end to end; default: the largest of the scenario's motions.
-        speed: largest speed [unit of the position per s]; default: that of the motions.
-        acceleration: largest acceleration of the reference [per s2]; default: that of the motions.
-        command: largest command [its unit]; default: the limit of the scenario.
+        speed: largest speed [unit of the position per s]; default: that of machines in the motion.
+        acceleration: largest acceleration of the reference [per s2]; default: that which motion or
+            path may have, or that for the speed in 0.1 s.
+        command: largest command [its unit]; default: its limit.
         add: add signals to the command too, which shows modes better.
         controller: design that follows the reference; default: a calm PID with feed-forward.
         changes: changes to the scenario, by dotted keys.
@@ -157,8 +158,7 @@ def experiment(
     known = {name: value for name, value in each.items() if value is not None}
     for name, value in known.items():
         check_positive(name, value)
-    limits = default_limits(loaded, setup.axis)._replace(**known)
-    made = choose(setup, duration, limits, parameters, add)
+    made = choose(setup, duration, known, parameters, add)
     if folder is not None:
         one = loaded.plant.each()[setup.axis]
         name = "" if isinstance(scenario, Scenario) else shlex.quote(str(scenario))

@@ -46,6 +46,8 @@ TELLS = 0.5
 OBSERVER, SHARE = 20.0, 0.1
 #: Time in which a speed without an acceleration is reached [s].
 SOON = 0.1
+#: Share of the machines whose speed in the scenario's motion is the limit.
+MOST = 0.95
 #: Number of segments that are kept for signals on the command.
 KEPT = 2
 #: Number of times that a candidate may be taken.
@@ -77,7 +79,7 @@ class Experiment(NamedTuple):
         return {
             "duration": self.duration,
             "sample_time": self.sample_time,
-            "segments": [one.words for one in self.segments],
+            "segments": [one.told(self.units) for one in self.segments],
             "limits": self.limits._asdict(),
             "used": self.reached,
             "machines": self.machines,
@@ -107,11 +109,16 @@ class Experiment(NamedTuple):
 
 
 def choose(
-    setup: Setup, duration: float, limits: Limits, names: Sequence[str] | None, add: bool
+    setup: Setup,
+    duration: float,
+    given: Mapping[str, float],
+    names: Sequence[str] | None,
+    add: bool,
 ) -> Experiment:
     """Return the experiment for an axis, see ``calls.identifying.experiment``.
 
-    ``setup`` is the loop that follows the reference, at rest, with at least ``CHECKED`` machines.
+    ``setup`` is the loop that follows the reference, at rest, with at least ``CHECKED`` machines;
+    ``given`` has limits instead of the default ones.
 
     Raises:
         UserError: a parameter is unknown, or the travel is too short for any experiment.
@@ -120,17 +127,20 @@ def choose(
     drive, sensors = scenario.machine.drives[setup.axis], scenario.sensors.of(one.name)
     step = max(one.resolution or 0.0, sensors.encoder_resolution)
     noise = np.hypot(step / np.sqrt(12.0), sensors.noise)
+    steps, few, every_one = int(duration / every / SEGMENTS), *map(np.arange, (TRIED, CHECKED))
+    reference_run = _simulated(setup, _own_motion(setup, SEGMENTS * steps), few)
+    own = _default_limits(setup, reference_run)
+    if (most := given.get("command", 0.0)) > own.command:
+        raise UserError(f"{option('command', most)}: must be at most {own.command:g}, its limit")
+    limits = own._replace(**given)
     if limits.travel < LEAST * step:
         least = f"must be at least {LEAST * step:.3g} {drive.units['error']}, {LEAST:g} steps"
         raise UserError(f"{option('travel', limits.travel)}: {least} of the encoder")
-    steps = int(duration / every / SEGMENTS)
     inner = Limits(*(USED * x for x in limits))
     candidates = [*segments(inner, every, steps, add)]
-    few, every_one = np.arange(TRIED), np.arange(setup.machines.size)
     runs = [run for one in candidates if (run := _inside(setup, one, limits, few))]
     if not runs:
         raise UserError(f"{option('travel', limits.travel)}: {SHORT}")
-    reference_run = _simulated(setup, _own_motion(setup, SEGMENTS * steps), few)
     noise = noise or NOTHING * limits.travel
     wanted, before = _information(setup, reference_run, noise, names)
     tables = np.array([_information(setup, run, noise, names)[1] for run in runs])
@@ -271,27 +281,28 @@ def _errors(information: Floats) -> Floats:
     return np.sqrt(np.diagonal(np.linalg.inv(information + prior), axis1=-2, axis2=-1))
 
 
-def default_limits(scenario: Scenario, axis: int) -> Limits:
-    """Return the travel, speed and acceleration of the scenario's motions, and its command limit.
+def _default_limits(setup: Setup, run: _Run) -> Limits:
+    """Return limits within which a scenario's motions are, and the largest command.
 
-    The acceleration is at least that which a path may have; where no motion has one, it is that for
-    the speed in ``SOON``.
+    The speed is what machines reach in a motion, ``run``, which may be far more than that of the
+    reference. Without a limit of its own the acceleration is at least that for this in ``SOON``.
     """
-    each = scenario.each_motion()
+    scenario, axis = setup.scenario, setup.axis
+    each, one = scenario.each_motion(), scenario.plant.each()[axis]
     axes = [motion.samples().axes[axis] for motion in each]
-    travel = max(float(np.ptp(one.reference)) for one in axes)
-    speed = max(float(np.abs(one.reference_rate).max()) for one in axes)
-    one = scenario.plant.each()[axis]
-    faster = [
-        float(np.abs(x.reference_acceleration).max())
-        for x in axes
-        if x.reference_acceleration is not None
-    ]
-    faster += [
+    travel = max(float(np.ptp(x.reference)) for x in axes)
+    with np.errstate(all="ignore"):  # a machine diverges
+        speeds = np.abs(np.diff(run.place, axis=0)).max(axis=0) / setup.every
+    speed = max(float(np.abs(x.reference_rate).max()) for x in axes)
+    speed = max(speed, float(np.nan_to_num(np.quantile(speeds, MOST, method="lower"), posinf=0.0)))
+    faster = [x.reference_acceleration for x in axes if x.reference_acceleration is not None]
+    limited = [getattr(motion.reference, "acceleration", None) or 0.0 for motion in each]
+    limited += [
         (getattr(motion.path, "acceleration_mm_s2", None) or 0.0) / (one.length or 1.0)
         for motion in each
     ]
-    acceleration = max(faster) or speed / SOON
+    acceleration = max([*limited, *(float(np.abs(x).max()) for x in faster)], default=0.0)
+    acceleration = acceleration if any(limited) else max(acceleration, speed / SOON)
     limit = largest_command(scenario.limits.of(one.name))
     return Limits(travel, speed, acceleration, one.drive.largest_commands(one.parameters, limit)[1])
 

@@ -65,7 +65,7 @@ def tables(made: Experiment) -> list[Table]:
     """Return the tables of the segments, of the limits, and of the expected errors."""
     rows, begin = [], 0.0
     for one in made.segments:
-        rows.append([f"{begin:.3g} s", one.words])
+        rows.append([f"{begin:.3g} s", one.told(made.units)])
         begin += len(one.reference) * made.sample_time
     unit = made.units["error"]
     units = (unit, f"{unit}/s", f"{unit}/s²", made.units["command"])
@@ -109,7 +109,7 @@ def _gcode(made: Experiment, axis: Axis) -> Iterator[str]:
     yield "G21 G91.1 G90 G94 G64 P0"
     step = max(round(POINTS / made.sample_time), 1)
     for one in made.segments:
-        yield f"({one.words.replace('(', '[').replace(')', ']')})"
+        yield f"({one.told(made.units).replace('(', '[').replace(')', ']')})"
         takes = len(one.reference) * made.sample_time
         if one.moves:
             for place, speed in one.moves:

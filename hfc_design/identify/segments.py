@@ -4,7 +4,7 @@ Moves to and fro at several speeds, sines of the reference, and, if a signal may
 command, binary noise and sweeps there, while the axis moves slowly so that its friction slides.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -39,10 +39,20 @@ class Limits(NamedTuple):
 class Segment(NamedTuple):
     """A part of an experiment, from rest to rest in the middle of the travel."""
 
-    words: str
+    words: str  # beside what ``told`` adds
     reference: Floats  # (steps,) from the middle of the travel
     added: Floats  # (steps,) to the command
     moves: Sequence[tuple[float, float]] = ()  # place and speed of each, if it has only moves
+
+    def told(self, units: Mapping[str, str]) -> str:
+        """Return what the segment is, with its sizes, in the units of its signals."""
+        place, added = units["error"], float(np.abs(self.added).max())
+        if added:
+            return f"{self.words}, up to {added:.3g} {units['command']}"
+        if not self.moves:
+            return f"{self.words}, up to {np.abs(self.reference).max():.3g} {place}"
+        ends, speed = [x for x, _ in self.moves], self.moves[0][1]
+        return f"{len(ends)} moves of {np.ptp(ends):.3g} {place} at {speed:.3g} {place}/s"
 
 
 def segments(limits: Limits, every: float, steps: int, add: bool) -> Iterator[Segment]:
@@ -66,14 +76,13 @@ def segments(limits: Limits, every: float, steps: int, add: bool) -> Iterator[Se
         slow = _to_and_fro(SLOW * speed, travel, acceleration, every, steps)
         below, random = slow.reference if slow else still, np.random.default_rng(0)
         for share in ADDED:
-            part = f"{100 * share:g} % of the command"
             for bits in BITS:
                 noise = random.choice([-1.0, 1.0], -(-steps // bits)).repeat(bits)[:steps]
-                words = f"binary noise added, {bits * every:g} s a bit, {part}"
+                words = f"binary noise added, {bits * every:g} s a bit"
                 yield Segment(words, below, share * command * fade * noise)
             phase = np.cumsum(np.geomspace(2.0 / (steps * every), SWEPT / every, steps)) * every
             sweep = share * command * fade * np.sin(2.0 * np.pi * phase)
-            yield Segment(f"sweep added to {SWEPT / every:g} Hz, {part}", below, sweep)
+            yield Segment(f"sweep added to {SWEPT / every:g} Hz", below, sweep)
 
 
 def _to_and_fro(
@@ -90,8 +99,7 @@ def _to_and_fro(
     moved = np.concatenate([half, *between, ends[-1] - np.sign(ends[-1]) * half])
     padded = np.pad(moved, (soft - 1, steps - len(moved)))
     smooth = np.convolve(padded, np.full(soft, 1.0 / soft), "valid")
-    words = f"{more + 2} moves of {distance:.3g} at {speed:.3g}/s"
-    return Segment(words, smooth, np.zeros(steps), [(x, speed) for x in (*ends.tolist(), 0.0)])
+    return Segment("moves", smooth, np.zeros(steps), [(x, speed) for x in (*ends.tolist(), 0.0)])
 
 
 def _move(way: float, speed: float, acceleration: float, every: float) -> Floats:
