@@ -61,9 +61,9 @@ def identify(
     ``plot`` draws the replay beside the log.
 
     Args:
-        log: path of the log: CSV with a header, output of LinuxCNC's halscope or halsampler, .mat
-            up to MATLAB 7, .npy or .npz. It needs the position and the command, or, with a
-            controller, the position and the reference.
+        log: path of the log: CSV with a header, output of LinuxCNC's halscope or halsampler, of
+            TwinCAT's Scope or a SINUMERIK trace, MDF, TDMS, HDF5, .mat, .npy or .npz. It needs the
+            position and the command, or, with a controller, the position and the reference.
         plant: name of the plant of the machine; not needed with a scenario or a controller.
         scenario: scenario with the plant, the start values, the sensors and the limits; default:
             the scenario of the controller.

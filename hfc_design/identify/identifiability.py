@@ -74,8 +74,7 @@ BOUND, HELD, GIVEN = "at its bound", "held", "given"
 #: Parameter that a log shows only if the axis changes flank; least share of the log on each flank.
 GAP, RARE = "backlash", 0.01
 HIDDEN = (
-    "the backlash is not visible in this log, as a weight keeps one flank in contact; "
-    "set to 0, measure it"
+    "the backlash is not visible in this log, as the axis stays on one flank; set to 0, measure it"
 )
 #: Largest number of other parameters in the line on a combination.
 OTHERS = 3

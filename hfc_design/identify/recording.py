@@ -123,8 +123,11 @@ def recordings(
     recorded, axis, simulation = dict[str, Recording](), task.drive_axis, task.scenario.simulation
     for name, source in logs.items():
         columns = read_log(source.path)
+        # The first log may be the one of an experiment; others need no signal added to the command.
+        lacks = {"added"} if recorded else set[str]()
+        chosen = [x for x in source.columns if x.column in columns.columns or x.name not in lacks]
         with as_user_error(source.path):
-            even = signals(columns, axis.drive, source.columns, sample_time)
+            even = signals(columns, axis.drive, chosen, sample_time)
             recorded[name] = recording(even, axis.drive)
     every = next(iter(recorded.values())).sample_time
     for name, log in recorded.items():
