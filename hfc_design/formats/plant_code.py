@@ -2,15 +2,13 @@
 
 from collections.abc import Callable, Mapping
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 
 from hfc_design.codegen.c import C
-from hfc_design.codegen.emit import Printer, folded
-from hfc_design.codegen.jaxprs import traced
-from hfc_design.codegen.nodes import REAL, Node, TraceError
-from hfc_design.codegen.trace import Trace
+from hfc_design.codegen.functions import Function, printed_function
+from hfc_design.codegen.nodes import TraceError
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json, Parameters
 from hfc_design.core.records import UserError
@@ -25,15 +23,6 @@ SHARED = {
     for machine in (FIVE_AXIS, FIVE_AXIS_B)
     for drive in machine.drives
 }
-
-
-class Function(NamedTuple):
-    """Function of a drive in C."""
-
-    lines: list[str]
-    outputs: dict[str, str]  # C expression of a destination -> that of its value
-    library: list[str]  # functions of the mathematical library
-    helpers: list[str]  # names of helper functions that it calls
 
 
 def name_of(drive: Drive) -> str:
@@ -152,40 +141,29 @@ def _functions(drive: Drive) -> dict[str, Function]:
 
 def _printed(function: Callable[..., Any], given: Mapping[str, Any], place: str) -> Function:
     """Return the C code of ``function``, whose arguments are like ``given``: records or numbers."""
-    trace = Trace()
-    places: dict[str, str] = {}
-    nodes = [_nodes(trace, value, name, places) for name, value in given.items()]
-    results = traced(trace, function, *nodes)
-    if hasattr(results, "_asdict"):
-        numbers = coefficients(results)
-    elif isinstance(results, tuple):  # states of several axes
-        each = [coefficients(one).items() for one in results]
-        numbers = {f"x_{k}->{key}": x for k, state in enumerate(each) for key, x in state}
-    else:
-        numbers = dict(results) if isinstance(results, Mapping) else {"": results}
-    values = {key: trace.plain(x) for key, x in numbers.items()}
+
+    def named(results: Any) -> Mapping[str, Any]:
+        if hasattr(results, "_asdict"):
+            numbers = coefficients(results)
+        elif isinstance(results, tuple):  # states of several axes
+            each = [coefficients(one).items() for one in results]
+            numbers = {f"x_{k}->{key}": x for k, state in enumerate(each) for key, x in state}
+        else:
+            numbers = dict(results) if isinstance(results, Mapping) else {"": results}
+        return {f"{place}{key}": x for key, x in numbers.items()}
+
     taken = (*RESERVED["c"], *RESERVED["c-library"], *given, "signals", "loads", "commands")
-    syntax = C(taken, places)
-    printer = Printer(trace, syntax, values.values(), syntax.names)
-    printer.bound |= {x for x in values.values() if isinstance(x, Node) and x.args}
-    lines = folded(printer.lines())
-    outputs = {f"{place}{key}": printer.text(x, kind=REAL) for key, x in values.items()}
-    for target, value in outputs.items():  # an output that another one overwrites is copied
-        if value in outputs and value != target:
-            outputs[target] = printer.names.fresh("before")
-            lines.append(f"    const real {outputs[target]} = {value};")
-    return Function(lines, outputs, [*syntax.library], [*syntax.helpers])
+    texts = [_texts(value, name) for name, value in given.items()]
+    return printed_function(function, texts, C, taken, named)
 
 
-def _nodes(trace: Trace, value: Any, name: str, places: dict[str, str], part: str = "") -> Any:
-    """Return ``value`` with a leaf for each number; ``places``: name of a leaf -> C expression."""
+def _texts(value: Any, name: str, part: str = "") -> Any:
+    """Return ``value`` with the C expression of each number."""
     if hasattr(value, "_asdict"):
         head = f"{part}_" if part else ""
         items = value._asdict().items()
-        return type(value)(*(_nodes(trace, x, name, places, head + key) for key, x in items))
-    leaf = f"{name}.{part}" if part else name
-    places[leaf] = f"{name}->{part}" if part else PLACES.get(name, name)
-    return trace.leaf("input", leaf)
+        return type(value)(*(_texts(x, name, head + key) for key, x in items))
+    return f"{name}->{part}" if part else PLACES.get(name, name)
 
 
 #: Argument of a step -> C expression, for arguments that are elements of an array.
