@@ -50,6 +50,7 @@ class LoopCode(NamedTuple):
     metrics: list[str]  # names of ``values``
     commands: int  # place of the first command in the state; those of other axes follow
     places: list[int]  # of the position of each axis in the state
+    references: list[int]  # places of the reference of each axis in a row
 
 
 def loop_code(design: Design, scenario: Scenario) -> LoopCode:
@@ -108,18 +109,20 @@ def loop_code(design: Design, scenario: Scenario) -> LoopCode:
     except TraceError as error:
         raise UserError(f"no code of this loop: {error}") from None
     places = jax.tree.unflatten(jax.tree.structure(state), range(len(jax.tree.leaves(state))))
+    columns = jax.tree.unflatten(jax.tree.structure(row), range(len(jax.tree.leaves(row))))
     pairs = zip(closed.machine.drives, places[0].states, strict=True)
     return LoopCode(
         module=code_of,
-        loop=_numbers(numbers),
-        parameters=_numbers(parameters),
-        gains=_numbers(law),
+        loop=numbers_of(numbers),
+        parameters=numbers_of(parameters),
+        gains=numbers_of(law),
         every=float(samples.sample_time),
-        start=_numbers(samples.start),
+        start=numbers_of(samples.start),
         sizes={name: len(jax.tree.leaves(each[name])) for name in ("fixed", "state", "values")},
         metrics=[*(x.name for x in closed.judge.objectives), *(x.name for x in alone)],
         commands=places[0].commands[0],
         places=[getattr(one, drive.position) for drive, one in pairs],
+        references=[one.reference for one in columns.axes],
     )
 
 
@@ -143,7 +146,8 @@ def _nested(leaf: Any) -> Any:
     return tuples(np.asarray(leaf)[..., 0].tolist())
 
 
-def _numbers(tree: Any) -> list[float]:
+def numbers_of(tree: Any) -> list[float]:
+    """Return the numbers of a tree, of single machines and controllers."""
     return [float(np.asarray(x)) for x in jax.tree.leaves(tree)]
 
 

@@ -1,0 +1,281 @@
+"use strict";
+// The simulator of a page, which runs in a worker: two machines at once, see formats/loop_code.py.
+function simulator() {
+  const math = ["expm1", "log", "log1p", "tanh", "sin", "cos", "tan", "atan", "atan2", "pow"];
+  const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const doubles = (text) => new Float64Array(bytes(text).buffer);
+  let data, made, memory, places, motions, machines, size;
+
+  function prepared(given) {
+    const texts = ["loop", "parameters", "gains", "start", "machines"];
+    const arrays = Object.fromEntries(texts.map((name) => [name, doubles(given[name])]));
+    data = { ...given, ...arrays };
+    machines = data.machines;
+    size = data.parameters.length;
+    motions = Object.fromEntries(data.motions.map(({ name, steps, columns }) => {
+      const width = columns.length, rows = new Float64Array(steps * width);
+      columns.forEach((column, j) => {
+        const values = typeof column === "string" ? doubles(column) : null;
+        for (let k = 0; k < steps; k += 1) rows[k * width + j] = values ? values[k] : column;
+      });
+      return [name, { steps, width, rows }];
+    }));
+    const longest = Math.max(...Object.values(motions).map(({ rows }) => rows.length));
+    const lanes = { parameters: size, fixed: data.sizes.fixed, state: data.sizes.state,
+                    values: data.sizes.values };
+    const shared = { loop: data.loop.length, nominal: size, gains: data.gains.length, every: 1,
+                     start: data.start.length, row: longest };
+    let top = 0;
+    places = {};
+    for (const [name, count] of Object.entries(lanes)) { places[name] = top; top += 16 * count; }
+    for (const [name, count] of Object.entries(shared)) {
+      places[name] = top;
+      top += 16 * Math.ceil(count / 2);
+    }
+    const store = new WebAssembly.Memory({ initial: 1 + Math.ceil(top / 65536) });
+    const known = Object.fromEntries(math.map((name) => [name, Math[name]]));
+    const compiled = new WebAssembly.Module(bytes(data.module));
+    made = new WebAssembly.Instance(compiled, { m: { memory: store, ...known } }).exports;
+    memory = new Float64Array(store.buffer);
+    memory.set([data.every], places.every / 8);
+    memory.set(data.start, places.start / 8);
+  }
+
+  // Errors and commands (machines, axes, points), metrics (machines, values).
+  function simulated({ gains, factors, shifts, loop, count, motion, points }) {
+    const at = places, { steps, width, rows } = motions[motion], axes = data.places.length;
+    const stride = Math.max(1, Math.ceil(steps / points)), shown = Math.ceil(steps / stride);
+    const error = new Float64Array(count * axes * shown), command = error.slice();
+    const values = new Float64Array(count * data.metrics.length);
+    memory.set(loop, at.loop / 8);
+    memory.set(gains, at.gains / 8);
+    memory.set(data.parameters.map((x, k) => x * factors[k] + shifts[k]), at.nominal / 8);
+    memory.set(rows, at.row / 8);
+    const { state, row } = at, first = state / 8;
+    for (let begin = 0; begin < count; begin += 2) {
+      for (let lane = 0; lane < 2; lane += 1) {
+        const number = Math.min(begin + lane, count - 1);
+        for (let k = 0; k < size; k += 1) {
+          memory[at.parameters / 8 + 2 * k + lane]
+            = machines[number * size + k] * factors[k] + shifts[k];
+        }
+      }
+      made.prepare(at.loop, at.parameters, at.fixed);
+      made.begin(at.loop, at.fixed, at.gains, at.start, state);
+      for (let k = 0; k < steps; k += 1) {
+        const drawn = k % stride === 0, given = row / 8 + width * k;
+        for (let lane = 0; drawn && lane < 2 && begin + lane < count; lane += 1) {
+          for (let axis = 0; axis < axes; axis += 1) {
+            const to = ((begin + lane) * axes + axis) * shown + k / stride;
+            error[to] = memory[given + data.references[axis]]
+              - memory[first + 2 * data.places[axis] + lane];
+            command[to] = memory[first + 2 * (data.commands + axis) + lane];
+          }
+        }
+        made.sample(at.loop, at.nominal, at.fixed, at.every, at.gains, state, row + 8 * width * k);
+      }
+      made.judge(at.loop, state, at.values);
+      for (let lane = 0; lane < 2 && begin + lane < count; lane += 1) {
+        for (let k = 0; k < data.metrics.length; k += 1) {
+          values[(begin + lane) * data.metrics.length + k] = memory[at.values / 8 + 2 * k + lane];
+        }
+      }
+    }
+    return { error, command, values, shown, stride, motion, count };
+  }
+
+  self.onmessage = ({ data: { kind, given, ticket } }) => {
+    if (kind === "prepare") { prepared(given); self.postMessage({ ready: true }); return; }
+    const found = simulated(given);
+    self.postMessage({ found, ticket }, [found.error.buffer, found.command.buffer]);
+  };
+}
+
+// What the reader sees and moves.
+const shownOf = (id) => document.getElementById(id);
+const data = JSON.parse(shownOf("laboratory-data").textContent);
+const dark = matchMedia("(prefers-color-scheme: dark)");
+const doublesOf = (text) =>
+  new Float64Array(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer);
+const own = { gains: doublesOf(data.gains), loop: doublesOf(data.loop),
+              factors: doublesOf(data.parameters).fill(1) };
+const digits = (x) => Number(x.toPrecision(4)).toString();
+const STEPS = 1000, POINTS = 500, FAR = 1;
+const moved = new Map();  // number of a slider -> its value; those that are not moved are not in it
+let machines = 20, motion = data.motions[0].name, axis = 0, before = null, now = null;
+
+const valueOf = (one, place) => one.low > 0 || one.high < 0
+  ? one.low * (one.high / one.low) ** (place / STEPS)
+  : one.low + (one.high - one.low) * place / STEPS;
+const placeOf = (one, value) => Math.round(STEPS * (one.low > 0 || one.high < 0
+  ? Math.log(value / one.low) / Math.log(one.high / one.low)
+  : (value - one.low) / (one.high - one.low)));
+
+function asked(original) {
+  const gains = own.gains.slice(), factors = own.factors.slice(), shifts = factors.map(() => 0);
+  for (const [k, value] of original ? [] : moved) {
+    const one = data.sliders[k];
+    for (const [place, slope] of one.effects) {
+      if (one.of === "gains") gains[place] += slope * (value - one.value);
+      else if (one.value) factors[place] = value / one.value;
+      else shifts[place] = value;
+    }
+  }
+  return { gains, factors, shifts, loop: own.loop, motion, points: POINTS, count: original ? 1 : machines };
+}
+
+function chart(place, label, part) {
+  const ink = dark.matches ? "#b0b0b0" : "#444", line = dark.matches ? "#3a3d42" : "#e2e2e2";
+  const colour = dark.matches ? "#56B4E9" : "#0072B2";
+  const axes = { stroke: ink, grid: { stroke: line, width: 1 }, ticks: { stroke: line, width: 1 } };
+  const curve = (found, machine) => {
+    const begin = (machine * data.axes.length + axis) * found.shown;
+    return found[part].subarray(begin, begin + found.shown);
+  };
+  const others = (plot) => {
+    const context = plot.ctx;
+    context.save();
+    context.beginPath();
+    context.rect(plot.bbox.left, plot.bbox.top, plot.bbox.width, plot.bbox.height);
+    context.clip();
+    context.strokeStyle = colour;
+    context.globalAlpha = Math.max(0.06, 0.5 / Math.sqrt(now.count));
+    for (let machine = 1; machine < now.count; machine += 1) {
+      context.beginPath();
+      curve(now, machine).forEach((y, k) =>
+        context.lineTo(plot.valToPos(plot.data[0][k], "x", true), plot.valToPos(y, "y", true)));
+      context.stroke();
+    }
+    context.restore();
+  };
+  // What most machines do, at most FAR times what the nominal ones do: one that diverges would
+  // hide all others.
+  const range = () => {
+    const ends = (found, machine) => curve(found, machine).reduce(
+      ([low, high], y) => [Math.min(low, y), Math.max(high, y)], [0, 0]);
+    const two = [ends(before, 0), ends(now, 0)].filter((one) => one.every(Number.isFinite));
+    const inner = [Math.min(...two.map((one) => one[0])), Math.max(...two.map((one) => one[1]))];
+    const size = inner[1] - inner[0] || 1;
+    const all = Array.from({ length: now.count }, (_, machine) => ends(now, machine));
+    const low = Math.max(Math.min(...all.map((one) => one[0])), inner[0] - FAR * size);
+    const high = Math.min(Math.max(...all.map((one) => one[1])), inner[1] + FAR * size);
+    const [least, most] = [Math.min(low, inner[0]), Math.max(high, inner[1])];
+    return [least - 0.05 * (most - least), most + 0.05 * (most - least) || 1];
+  };
+  const plot = new uPlot({
+    width: place.clientWidth, height: 220, scales: { x: { time: false }, y: { range } },
+    series: [
+      { label: "time [s]", value: (_, x) => (x == null ? "–" : digits(x)) },
+      { label: "before", stroke: ink, dash: [6, 4], value: (_, x) => (x == null ? "–" : digits(x)) },
+      { label: "now", stroke: colour, width: 2, value: (_, x) => (x == null ? "–" : digits(x)) },
+    ],
+    axes: [{ ...axes, label: "time [s]", labelSize: 22 }, { ...axes, label, labelSize: 22, size: 62 }],
+    cursor: { sync: { key: "laboratory" }, drag: { x: true, y: false } },
+    hooks: { drawAxes: [others] },
+  }, [[0], [0], [0]], place);
+  return () => {
+    const time = Array.from({ length: now.shown }, (_, k) => k * now.stride * data.every);
+    plot.setData([time, curve(before, 0), curve(now, 0)]);
+  };
+}
+
+function element(name, properties, ...inside) {
+  const made = Object.assign(document.createElement(name), properties);
+  made.append(...inside);
+  return made;
+}
+
+// A slider with its label and its value; ``changed`` is called with each new value.
+function slider(label, one, value, changed) {
+  const text = element("output", {}), id = `laboratory-${slider.count = (slider.count || 0) + 1}`;
+  const input = element("input", { type: "range", id, min: 0, max: STEPS, step: 1 });
+  const show = (x, quietly) => {
+    input.value = placeOf(one, x);
+    text.value = `${digits(x)} ${one.unit || ""}`;
+    input.setAttribute("aria-valuetext", text.value);
+    if (!quietly) changed(x);
+  };
+  input.oninput = () => {
+    const x = valueOf(one, Number(input.value));
+    text.value = `${digits(x)} ${one.unit || ""}`;
+    input.setAttribute("aria-valuetext", text.value);
+    changed(x);
+  };
+  show(value, true);
+  return { show, row: element("p", {}, element("label", { htmlFor: id }, label), input, text) };
+}
+
+const worker = new Worker(URL.createObjectURL(
+  new Blob([`(${simulator})()`], { type: "text/javascript" })));
+let waiting = null, busy = false, asking = 0, redraw = [], rows = [];
+
+// Only the last of several wishes is simulated.
+function ask() {
+  waiting = { given: asked(false), ticket: asking += 1 };
+  if (!busy) send();
+}
+
+function send() {
+  if (!waiting) return;
+  busy = true;
+  worker.postMessage({ kind: "simulate", ...waiting });
+  waiting = null;
+}
+
+function told(found) {
+  const lines = data.metrics.map((name, k) => {
+    const each = Array.from({ length: found.count }, (_, n) => found.values[n * data.metrics.length + k]);
+    const sorted = each.toSorted((a, b) => a - b), old = before.values[k];
+    return element("tr", {}, element("th", { scope: "row", textContent: name }),
+      ...[old, each[0], sorted[0], sorted.at(-1)].map((x) => element("td", {
+        className: "value", textContent: Number.isFinite(x) ? digits(x) : "–" })));
+  });
+  shownOf("laboratory-values").replaceChildren(...lines);
+}
+
+worker.onmessage = ({ data: answer }) => {
+  if (answer.ready) { worker.postMessage({ kind: "simulate", given: asked(true), ticket: 0 }); return; }
+  busy = false;
+  if (!answer.ticket) { before = answer.found; ask(); return; }
+  if (answer.found.motion === motion) {
+    now = answer.found;
+    if (!redraw.length) {
+      const { error, command } = data.units, places = shownOf("laboratory-charts");
+      redraw = [["error", error], ["command", command]].map(([part, unit]) =>
+        chart(places.appendChild(element("div", {})), `${part} [${unit}]`, part));
+    }
+    redraw.forEach((one) => one());
+    told(now);
+  }
+  send();
+};
+worker.onerror = (problem) => {
+  shownOf("laboratory-problem").textContent = `The laboratory does not work here: ${problem.message}`;
+};
+
+function begin() {
+  const groups = { gains: "Controller", parameters: "Machine" };
+  const boxes = Object.entries(groups).map(([of, title]) => {
+    const own = data.sliders.map((one, k) => [one, k]).filter(([one]) => one.of === of);
+    const made = own.map(([one, k]) => {
+      const change = (x) => { moved.set(k, x); ask(); };
+      const { show, row } = slider(one.label, one, one.value, change);
+      rows[k] = show;
+      return row;
+    });
+    return element("fieldset", {}, element("legend", { textContent: title }), ...made);
+  });
+  const many = { low: 1, high: 200, unit: "" };
+  const count = slider("machines", many, machines, (x) => { machines = Math.round(x); ask(); });
+  const reset = element("button", { type: "button", textContent: "Reset" });
+  reset.onclick = () => {
+    data.sliders.forEach((one, k) => rows[k](one.value, true));
+    moved.clear();
+    ask();
+  };
+  shownOf("laboratory-controls").append(element("fieldset", {},
+    element("legend", { textContent: "Drawn" }), count.row, reset), ...boxes);
+  shownOf("laboratory").hidden = false;
+  worker.postMessage({ kind: "prepare", given: data });
+}
+begin();
