@@ -1,25 +1,49 @@
 "use strict";
+// Bytes of a text, and doubles of what report/laboratory.py has packed.
+async function unpacked(text) {
+  const packed = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const plain = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Uint8Array(await new Response(plain).arrayBuffer());
+}
+async function doubles(text) {
+  const bytes = await unpacked(text), count = bytes.length / 8, halves = new Uint32Array(2 * count);
+  const part = (k, first) => bytes[first * count + k] | bytes[(first + 1) * count + k] << 8
+    | bytes[(first + 2) * count + k] << 16 | bytes[(first + 3) * count + k] << 24;
+  let low = 0, high = 0, lower = 0, higher = 0;
+  for (let k = 0; k < count; k += 1) {  // sums of 64 bits, twice
+    lower += part(k, 0) >>> 0;
+    higher = (higher + part(k, 4) + (lower > 0xffffffff)) >>> 0;
+    lower >>>= 0;
+    low += lower;
+    high = (high + higher + (low > 0xffffffff)) >>> 0;
+    low >>>= 0;
+    halves.set([low, high], 2 * k);
+  }
+  return new Float64Array(halves.buffer);
+}
+
 // The simulator of a page, which runs in a worker: two machines at once, see formats/loop_code.py.
 function simulator() {
   const math = ["expm1", "log", "log1p", "tanh", "sin", "cos", "tan", "atan", "atan2", "pow"];
-  const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-  const doubles = (text) => new Float64Array(bytes(text).buffer);
   let data, made, memory, places, motions, machines, size;
 
-  function prepared(given) {
-    const texts = ["loop", "parameters", "gains", "start", "machines"];
-    const arrays = Object.fromEntries(texts.map((name) => [name, doubles(given[name])]));
-    data = { ...given, ...arrays };
+  async function prepared(given) {
+    data = { ...given };
+    for (const name of ["loop", "parameters", "gains", "start", "machines"]) {
+      data[name] = await doubles(given[name]);
+    }
     machines = data.machines;
     size = data.parameters.length;
-    motions = Object.fromEntries(data.motions.map(({ name, steps, columns }) => {
-      const width = columns.length, rows = new Float64Array(steps * width);
-      columns.forEach((column, j) => {
-        const values = typeof column === "string" ? doubles(column) : null;
+    motions = {};
+    for (const { name, steps, columns } of data.motions) {
+      const width = columns.length, rows = new Float64Array(steps * width), series = [];
+      for (const [j, column] of columns.entries()) {
+        if (typeof column === "string") series[j] = await doubles(column);
+        const values = Array.isArray(column) ? series[column[0]] : series[j];
         for (let k = 0; k < steps; k += 1) rows[k * width + j] = values ? values[k] : column;
-      });
-      return [name, { steps, width, rows }];
-    }));
+      }
+      motions[name] = { steps, width, rows };
+    }
     const longest = Math.max(...Object.values(motions).map(({ rows }) => rows.length));
     const lanes = { parameters: size, fixed: data.sizes.fixed, state: data.sizes.state,
                     values: data.sizes.values };
@@ -34,7 +58,7 @@ function simulator() {
     }
     const store = new WebAssembly.Memory({ initial: 1 + Math.ceil(top / 65536) });
     const known = Object.fromEntries(math.map((name) => [name, Math[name]]));
-    const compiled = new WebAssembly.Module(bytes(data.module));
+    const compiled = new WebAssembly.Module(await unpacked(data.module));
     made = new WebAssembly.Instance(compiled, { m: { memory: store, ...known } }).exports;
     memory = new Float64Array(store.buffer);
     memory.set([data.every], places.every / 8);
@@ -84,8 +108,12 @@ function simulator() {
     return { error, command, values, shown, stride, motion, count };
   }
 
-  self.onmessage = ({ data: { kind, given, ticket } }) => {
-    if (kind === "prepare") { prepared(given); self.postMessage({ ready: true }); return; }
+  self.onmessage = async ({ data: { kind, given, ticket } }) => {
+    if (kind === "prepare") {
+      await prepared(given);
+      self.postMessage({ ready: true });
+      return;
+    }
     const found = simulated(given);
     self.postMessage({ found, ticket }, [found.error.buffer, found.command.buffer]);
   };
@@ -95,10 +123,7 @@ function simulator() {
 const shownOf = (id) => document.getElementById(id);
 const data = JSON.parse(shownOf("laboratory-data").textContent);
 const dark = matchMedia("(prefers-color-scheme: dark)");
-const doublesOf = (text) =>
-  new Float64Array(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer);
-const own = { gains: doublesOf(data.gains), loop: doublesOf(data.loop),
-              factors: doublesOf(data.parameters).fill(1) };
+const own = {};
 const digits = (x) => Number(x.toPrecision(4)).toString();
 const STEPS = 1000, POINTS = 500, FAR = 1;
 const moved = new Map();  // number of a slider -> its value; those that are not moved are not in it
@@ -139,20 +164,29 @@ function chart(place, label, part) {
     context.rect(plot.bbox.left, plot.bbox.top, plot.bbox.width, plot.bbox.height);
     context.clip();
     context.strokeStyle = colour;
-    context.globalAlpha = Math.max(0.06, 0.5 / Math.sqrt(now.count));
+    context.globalAlpha = Math.max(0.1, 0.5 / Math.sqrt(now.count));
+    const across = plot.data[0].map((x) => plot.valToPos(x, "x", true));
+    const zero = plot.valToPos(0, "y", true), slope = plot.valToPos(1, "y", true) - zero;
+    context.beginPath();  // all in one: each alone takes twice as long
     for (let machine = 1; machine < now.count; machine += 1) {
-      context.beginPath();
-      curve(now, machine).forEach((y, k) =>
-        context.lineTo(plot.valToPos(plot.data[0][k], "x", true), plot.valToPos(y, "y", true)));
-      context.stroke();
+      const values = curve(now, machine);
+      context.moveTo(across[0], zero + slope * values[0]);
+      for (let k = 1; k < values.length; k += 1) context.lineTo(across[k], zero + slope * values[k]);
     }
+    context.stroke();
     context.restore();
   };
   // What most machines do, at most FAR times what the nominal ones do: one that diverges would
   // hide all others.
   const range = () => {
-    const ends = (found, machine) => curve(found, machine).reduce(
-      ([low, high], y) => [Math.min(low, y), Math.max(high, y)], [0, 0]);
+    const ends = (found, machine) => {
+      let low = 0, high = 0;
+      for (const y of curve(found, machine)) {
+        if (y < low) low = y;
+        if (y > high) high = y;
+      }
+      return [low, high];
+    };
     const two = [ends(before, 0), ends(now, 0)].filter((one) => one.every(Number.isFinite));
     const inner = [Math.min(...two.map((one) => one[0])), Math.max(...two.map((one) => one[1]))];
     const size = inner[1] - inner[0] || 1;
@@ -206,7 +240,7 @@ function slider(label, one, value, changed) {
 }
 
 const worker = new Worker(URL.createObjectURL(
-  new Blob([`(${simulator})()`], { type: "text/javascript" })));
+  new Blob([`${unpacked}${doubles}(${simulator})()`], { type: "text/javascript" })));
 let waiting = null, busy = false, asking = 0, redraw = [], rows = [];
 
 // Only the last of several wishes is simulated.
@@ -253,11 +287,14 @@ worker.onerror = (problem) => {
   shownOf("laboratory-problem").textContent = `The laboratory does not work here: ${problem.message}`;
 };
 
-function begin() {
+async function begin() {
+  own.gains = await doubles(data.gains);
+  own.loop = await doubles(data.loop);
+  own.factors = (await doubles(data.parameters)).fill(1);
   const groups = { gains: "Controller", parameters: "Machine" };
   const boxes = Object.entries(groups).map(([of, title]) => {
-    const own = data.sliders.map((one, k) => [one, k]).filter(([one]) => one.of === of);
-    const made = own.map(([one, k]) => {
+    const inside = data.sliders.map((one, k) => [one, k]).filter(([one]) => one.of === of);
+    const made = inside.map(([one, k]) => {
       const change = (x) => { moved.set(k, x); ask(); };
       const { show, row } = slider(one.label, one, one.value, change);
       rows[k] = show;
