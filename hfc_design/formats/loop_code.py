@@ -18,13 +18,14 @@ import numpy as np
 
 from hfc_design.codegen.nodes import TraceError
 from hfc_design.codegen.wasm import Argument, Body, module
-from hfc_design.core.numbers import Floats
+from hfc_design.core.numbers import Floats, Gains
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.loop_setup import controller_of, machine
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.samples import Samples
 from hfc_design.simulation.closed_loop import (
+    Loop,
     closed_loop,
     first_monitor,
     monitored,
@@ -60,10 +61,7 @@ def loop_code(design: Design, scenario: Scenario) -> LoopCode:
         UserError: design and scenario do not fit, or there is no code for what a user's law or
             machine does.
     """
-    controller, gains = controller_of(design, scenario)
-    closed = closed_loop(scenario, controller)
-    alone = tuple(one for one in closed.judge.measured if not one.doubled)  # need no second machine
-    closed = closed._replace(judge=closed.judge._replace(measured=alone))
+    closed, gains = loop_of(design, scenario)
     code, numbers = closed.apart
     parameters = tuple(machine(design, scenario).values())
     law = jax.tree.map(_nested, gains)
@@ -119,11 +117,25 @@ def loop_code(design: Design, scenario: Scenario) -> LoopCode:
         every=float(samples.sample_time),
         start=numbers_of(samples.start),
         sizes={name: len(jax.tree.leaves(each[name])) for name in ("fixed", "state", "values")},
-        metrics=[*(x.name for x in closed.judge.objectives), *(x.name for x in alone)],
+        metrics=[
+            *(x.name for x in closed.judge.objectives),
+            *(x.name for x in closed.judge.measured),
+        ],
         commands=places[0].commands[0],
         places=[getattr(one, drive.position) for drive, one in pairs],
         references=[one.reference for one in columns.axes],
     )
+
+
+def loop_of(design: Design, scenario: Scenario) -> tuple[Loop, Gains]:
+    """Return the loop that ``loop_code`` prints, and the gains of the design.
+
+    It lacks metrics that need a second machine.
+    """
+    controller, gains = controller_of(design, scenario)
+    closed = closed_loop(scenario, controller)
+    alone = tuple(one for one in closed.judge.measured if not one.doubled)
+    return closed._replace(judge=closed.judge._replace(measured=alone)), gains
 
 
 def rows(samples: Samples, steps: int) -> Floats:

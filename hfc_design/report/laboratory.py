@@ -2,7 +2,7 @@
 
 import base64
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import jax
@@ -13,8 +13,10 @@ from hfc_design.core.numbers import Floats, Json
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.loop_setup import load_design, machine
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.scenario import Scenario
-from hfc_design.formats.loop_code import LoopCode, loop_code, numbers_of, rows
+from hfc_design.formats.loop_code import LoopCode, loop_code, loop_of, numbers_of, rows
+from hfc_design.reference.entries import keys_in
 from hfc_design.report import Page, rendered
 from hfc_design.simulation.usable import unseen
 
@@ -35,7 +37,7 @@ class Slider(NamedTuple):
     value: float
     low: float
     high: float
-    of: str  # array that it changes: "gains" or "parameters"
+    of: str  # array that it changes: "gains", "parameters" or "loop"
     effects: list[tuple[int, float]]  # index in it, and change there for a change by 1
 
 
@@ -73,27 +75,33 @@ def named_motions(scenario: Scenario) -> dict[str, Scenario]:
 
 
 def sliders(design: Design, scenario: Scenario, code: LoopCode) -> Iterator[Slider]:
-    """Yield the gains of a design, and the parameters of the nominal machine."""
-    for key, value in _moved(design.controller.model_dump()):
-        if effects := _effects(design, f"controller{key}", value, code.gains):
-            yield Slider(
-                f"controller{key}", key.lstrip("."), "", value, *_ends(value), "gains", effects
-            )
+    """Yield the gains of a design, parameters of the nominal machine, limits and sensors."""
+    for key, value in _moved(design.controller.model_dump(), "controller"):
+
+        def gains(x: float, key: str = key) -> list[float]:
+            return numbers_of(load_design(design, {key: x}).controller.law_gains())
+
+        if effects := _effects(gains, value, code.gains):
+            about = key.removeprefix("controller."), "", value, *_ends(value)
+            yield Slider(key, *about, "gains", effects)
     place, several = 0, bool(scenario.plant.machine.axes[1:])
     for axis in machine(design, scenario).each():
         for name, value in axis.parameters._asdict().items():
             unit = axis.drive.parameter_units.get(name, "")
             label = f"{axis.name} {name}" if several else name
-            yield Slider(
-                name,
-                label,
-                unit * (unit != "1"),
-                value,
-                *_ends(value),
-                "parameters",
-                [(place, 1.0)],
-            )
+            about = label, unit * (unit != "1"), value, *_ends(value)
+            yield Slider(name, *about, "parameters", [(place, 1.0)])
             place += 1
+    form, keys = loop_of(design, scenario)[0].apart[0], keys_in(scenario.model_dump())
+    for table in ("limits", "sensors"):
+        for key, value in _moved(getattr(scenario, table).model_dump(), table):
+
+            def loop(x: float, key: str = key) -> list[float]:
+                other, numbers = loop_of(design, load_scenario(scenario, {key: x}))[0].apart
+                return [*numbers] if other == form else []  # of another program
+
+            if value and (effects := _effects(loop, value, code.loop)):
+                yield Slider(key, key, keys.unit(key), value, *_ends(value), "loop", effects)
 
 
 def _ends(value: float) -> tuple[float, float]:
@@ -101,7 +109,7 @@ def _ends(value: float) -> tuple[float, float]:
     return (low, high) if value else ENDS
 
 
-def _moved(value: Any, key: str = "") -> Iterator[tuple[str, float]]:
+def _moved(value: Any, key: str) -> Iterator[tuple[str, float]]:
     if isinstance(value, Mapping):
         for name, part in value.items():
             if name != "sample_time_s":
@@ -114,18 +122,21 @@ def _moved(value: Any, key: str = "") -> Iterator[tuple[str, float]]:
         yield key, value
 
 
-def _effects(design: Design, key: str, value: float, gains: list[float]) -> list[tuple[int, float]]:
-    """Return how a number changes the gains; [] if not at all, or not linearly."""
+def _effects(
+    numbers: Callable[[float], list[float]], value: float, begun: list[float]
+) -> list[tuple[int, float]]:
+    """Return how a number changes others, from ``begun``; [] if not at all, or not linearly."""
     slopes = list[Floats]()
     for factor in TRIED:
         moved = factor * value or factor
         try:
-            changed = load_design(design, {key: moved})
+            after = np.array(numbers(moved))
         except UserError:
             return []
-        after = numbers_of(changed.controller.law_gains())
+        if len(after) != len(begun):
+            return []
         with np.errstate(invalid="ignore"):  # infinite ones do not change
-            slopes.append(np.nan_to_num((np.array(after) - gains) / (moved - value)))
+            slopes.append(np.nan_to_num((after - begun) / (moved - value)))
     first, second = slopes
     if not np.allclose(first, second, rtol=1e-9, atol=1e-12):
         return []

@@ -137,16 +137,18 @@ const placeOf = (one, value) => Math.round(STEPS * (one.low > 0 || one.high < 0
   : (value - one.low) / (one.high - one.low)));
 
 function asked(original) {
-  const gains = own.gains.slice(), factors = own.factors.slice(), shifts = factors.map(() => 0);
+  const gains = own.gains.slice(), loop = own.loop.slice();
+  const factors = own.factors.slice(), shifts = factors.map(() => 0);
   for (const [k, value] of original ? [] : moved) {
     const one = data.sliders[k];
     for (const [place, slope] of one.effects) {
       if (one.of === "gains") gains[place] += slope * (value - one.value);
+      else if (one.of === "loop") loop[place] += slope * (value - one.value);
       else if (one.value) factors[place] = value / one.value;
       else shifts[place] = value;
     }
   }
-  return { gains, factors, shifts, loop: own.loop, motion, points: POINTS, count: original ? 1 : machines };
+  return { gains, factors, shifts, loop, motion, points: POINTS, count: original ? 1 : machines };
 }
 
 function chart(place, label, part) {
@@ -291,7 +293,7 @@ async function begin() {
   own.gains = await doubles(data.gains);
   own.loop = await doubles(data.loop);
   own.factors = (await doubles(data.parameters)).fill(1);
-  const groups = { gains: "Controller", parameters: "Machine" };
+  const groups = { gains: "Controller", parameters: "Machine", loop: "Limits and sensors" };
   const boxes = Object.entries(groups).map(([of, title]) => {
     const inside = data.sliders.map((one, k) => [one, k]).filter(([one]) => one.of === of);
     const made = inside.map(([one, k]) => {

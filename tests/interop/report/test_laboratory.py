@@ -10,7 +10,10 @@ from hfc_design.report.laboratory import laboratory_page
 
 #: Design, its scenario if it is not its own, and what is moved: key of a slider -> factor.
 CASES = {
-    "pd-only": ("c-axis-practical", {"controller.pd.kd": 0.6, "spindle_inertia": 1.3}),
+    "pd-only": (
+        "c-axis-practical",
+        {"controller.pd.kd": 0.6, "spindle_inertia": 1.3, "sensors.encoder_resolution": 10.0},
+    ),
     "lin-lee-1999-table-1": (None, {"controller.inputs.0.scale": 0.5, "stiffness": 2.0}),
     "huang-pid": (None, {"controller.pid.k_p": 1.5, "backlash": 1.2}),
     "jee-koren-2004-aflc": (None, {"time_constant": 1.5}),
@@ -32,19 +35,18 @@ def test_a_moved_slider_gives_what_the_simulator_computes(browser, name, tmp_pat
     page.write_bytes(laboratory_page(design, scenario).html)
     browser.open(page)
     browser.until("typeof now !== 'undefined' && now !== null")
-    gains, parameters = {}, {}
+    of, on = {}, {}
+    axes = scenario.plant.machine.axes
+    inside = f"plant.axes.{axes[0]}." if axes[1:] else "plant.parameters."
     for key, factor in moved.items():
         place = browser.value(f"data.sliders.findIndex((one) => one.key === '{key}')")
         value = factor * browser.value(f"data.sliders[{place}].value")
         browser.value(f"rows[{place}]({value})")
         browser.until("!busy && !waiting")
-        (gains if key.startswith("controller") else parameters)[key] = value
-    first = scenario.plant.machine.axes[0]
-    for key, value in parameters.items():
-        place = f"plant.axes.{first}.{key}" if scenario.plant.machine.axes[1:] else None
-        gains[place or f"plant.parameters.{key}"] = value
-    on = {key: x for key, x in gains.items() if not key.startswith("controller")}
-    of = {key: x for key, x in gains.items() if key.startswith("controller")}
+        if key.startswith("controller"):
+            of[key] = value
+        else:
+            on[key if "." in key else inside + key] = value
     changed = api.load_scenario(scenario, on)
     evaluation = api.evaluate(api.load_design(design, of), changed)
     evaluation = next(iter(evaluation.motions.values()), evaluation)
