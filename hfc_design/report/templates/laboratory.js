@@ -125,7 +125,7 @@ const data = JSON.parse(shownOf("laboratory-data").textContent);
 const dark = matchMedia("(prefers-color-scheme: dark)");
 const own = {};
 const digits = (x) => Number(x.toPrecision(4)).toString();
-const STEPS = 1000, POINTS = 500, FAR = 1;
+const STEPS = 1000, POINTS = 500, FAR = 1, MOST = 200;
 const moved = new Map();  // number of a slider -> its value; those that are not moved are not in it
 let machines = 20, motion = data.motions[0].name, axis = 0, before = null, now = null;
 
@@ -245,10 +245,64 @@ const worker = new Worker(URL.createObjectURL(
   new Blob([`${unpacked}${doubles}(${simulator})()`], { type: "text/javascript" })));
 let waiting = null, busy = false, asking = 0, redraw = [], rows = [];
 
+// A choice with its label; ``changed`` is called with the number of the chosen one.
+function choice(label, names, chosen, changed) {
+  const id = `laboratory-${label}`, input = element("select", { id },
+    ...names.map((name, k) => element("option", { value: k, textContent: name })));
+  input.value = chosen;
+  input.onchange = () => changed(Number(input.value));
+  return element("p", { hidden: names.length < 2 },
+    element("label", { htmlFor: id }, label), input);
+}
+
+// What was moved, as the part of the address behind "#"; and back.
+function keep() {
+  const values = Object.fromEntries([...moved].map(([k, x]) => [data.sliders[k].label, x]));
+  const state = JSON.stringify({ values, machines, motion, axis });
+  history.replaceState(null, "", `#${encodeURIComponent(state)}`);
+}
+function recall() {
+  let state = {};
+  try { state = JSON.parse(decodeURIComponent(location.hash.slice(1))); } catch { return; }
+  for (const [k, one] of data.sliders.entries()) {
+    const value = state.values?.[one.label];
+    if (Number.isFinite(value)) moved.set(k, value);
+  }
+  if (state.machines >= 1 && state.machines <= MOST) machines = Math.round(state.machines);
+  if (data.motions.some(({ name }) => name === state.motion)) motion = state.motion;
+  if (data.axes[state.axis] !== undefined) axis = state.axis;
+}
+
+// The design with the moved gains, in the form of design.json.
+function changedDesign() {
+  const design = structuredClone(data.design);
+  for (const [k, value] of moved) {
+    const parts = data.sliders[k].of === "gains" ? data.sliders[k].key.split(".") : [];
+    const last = parts.pop();
+    if (last) parts.reduce((part, name) => part[name], design)[last] = value;
+  }
+  delete design.score;  // of the design before
+  return design;
+}
+function download() {
+  const text = `${JSON.stringify(changedDesign(), null, 1)}\n`;
+  const address = URL.createObjectURL(new Blob([text], { type: "application/json" }));
+  element("a", { href: address, download: "design.json" }).click();
+  URL.revokeObjectURL(address);
+}
+
 // Only the last of several wishes is simulated.
 function ask() {
+  keep();
   waiting = { given: asked(false), ticket: asking += 1 };
   if (!busy) send();
+}
+
+// Another motion has another curve before the change.
+function restart() {
+  busy = true;
+  waiting = null;
+  worker.postMessage({ kind: "simulate", given: asked(true), ticket: 0 });
 }
 
 function send() {
@@ -270,7 +324,7 @@ function told(found) {
 }
 
 worker.onmessage = ({ data: answer }) => {
-  if (answer.ready) { worker.postMessage({ kind: "simulate", given: asked(true), ticket: 0 }); return; }
+  if (answer.ready) { restart(); return; }
   busy = false;
   if (!answer.ticket) { before = answer.found; ask(); return; }
   if (answer.found.motion === motion) {
@@ -290,6 +344,7 @@ worker.onerror = (problem) => {
 };
 
 async function begin() {
+  recall();
   own.gains = await doubles(data.gains);
   own.loop = await doubles(data.loop);
   own.factors = (await doubles(data.parameters)).fill(1);
@@ -298,13 +353,13 @@ async function begin() {
     const inside = data.sliders.map((one, k) => [one, k]).filter(([one]) => one.of === of);
     const made = inside.map(([one, k]) => {
       const change = (x) => { moved.set(k, x); ask(); };
-      const { show, row } = slider(one.label, one, one.value, change);
+      const { show, row } = slider(one.label, one, moved.get(k) ?? one.value, change);
       rows[k] = show;
       return row;
     });
     return element("fieldset", {}, element("legend", { textContent: title }), ...made);
   });
-  const many = { low: 1, high: 200, unit: "" };
+  const many = { low: 1, high: MOST, unit: "" }, names = data.motions.map(({ name }) => name);
   const count = slider("machines", many, machines, (x) => { machines = Math.round(x); ask(); });
   const reset = element("button", { type: "button", textContent: "Reset" });
   reset.onclick = () => {
@@ -312,8 +367,14 @@ async function begin() {
     moved.clear();
     ask();
   };
+  const save = element("button", { type: "button", textContent: "Download changed design.json" });
+  save.onclick = download;
+  const choices = [
+    choice("motion", names, names.indexOf(motion), (k) => { motion = names[k]; restart(); }),
+    choice("axis", data.axes, axis, (k) => { axis = k; ask(); }),
+  ];
   shownOf("laboratory-controls").append(element("fieldset", {},
-    element("legend", { textContent: "Drawn" }), count.row, reset), ...boxes);
+    element("legend", { textContent: "Drawn" }), ...choices, count.row, reset, " ", save), ...boxes);
   shownOf("laboratory").hidden = false;
   worker.postMessage({ kind: "prepare", given: data });
 }

@@ -61,4 +61,12 @@ def test_a_moved_slider_gives_what_the_simulator_computes(browser, name, tmp_pat
                 wanted = np.append(0.0, wanted[:-1])
             size = np.abs(wanted).max()
             np.testing.assert_allclose(found, wanted[::stride], rtol=0.0, atol=1e-9 * size)
+    text = browser.value("JSON.stringify(changedDesign())")
+    (tmp_path / "design.json").write_text(text)
+    downloaded = api.load_design(tmp_path / "design.json")
+    assert downloaded.controller == api.load_design(design, of).controller
+    # The address holds what was moved: the page opens again with it.
+    browser.send("Page.reload")
+    browser.until("typeof now !== 'undefined' && now !== null")
+    assert browser.value("JSON.stringify(changedDesign())") == text
     assert not browser.complaints
