@@ -66,7 +66,7 @@ function simulator() {
   }
 
   // Errors and commands (machines, axes, points), metrics (machines, values).
-  function simulated({ gains, factors, shifts, loop, count, motion, points }) {
+  function simulated({ gains, factors, shifts, loop, first: from, count, motion, points }) {
     const at = places, { steps, width, rows } = motions[motion], axes = data.places.length;
     const stride = Math.max(1, Math.ceil(steps / points)), shown = Math.ceil(steps / stride);
     const error = new Float64Array(count * axes * shown), command = error.slice();
@@ -78,7 +78,7 @@ function simulator() {
     const { state, row } = at, first = state / 8;
     for (let begin = 0; begin < count; begin += 2) {
       for (let lane = 0; lane < 2; lane += 1) {
-        const number = Math.min(begin + lane, count - 1);
+        const number = from + Math.min(begin + lane, count - 1);
         for (let k = 0; k < size; k += 1) {
           memory[at.parameters / 8 + 2 * k + lane]
             = machines[number * size + k] * factors[k] + shifts[k];
@@ -241,9 +241,36 @@ function slider(label, one, value, changed) {
   return { show, row: element("p", {}, element("label", { htmlFor: id }, label), input, text) };
 }
 
-const worker = new Worker(URL.createObjectURL(
-  new Blob([`${unpacked}${doubles}(${simulator})()`], { type: "text/javascript" })));
-let waiting = null, busy = false, asking = 0, redraw = [], rows = [];
+// Each worker simulates its share of the machines, an even number.
+const program = URL.createObjectURL(
+  new Blob([`${unpacked}${doubles}(${simulator})()`], { type: "text/javascript" }));
+const cores = Math.max(1, Math.min(4, navigator.hardwareConcurrency || 1));
+const workers = Array.from({ length: cores }, () => new Worker(program));
+let pieces = [], ready = 0, ticket = 0;
+
+// Answers to earlier questions are dropped.
+function simulate(given) {
+  busy = true;
+  waiting = null;
+  ticket += 1;
+  const each = 2 * Math.ceil(given.count / (2 * workers.length)), parts = [];
+  for (let first = 0; first < given.count; first += each) {
+    parts.push({ ...given, first, count: Math.min(each, given.count - first) });
+  }
+  pieces = parts.map(() => null);
+  parts.forEach((part, k) => workers[k].postMessage({ kind: "simulate", given: part, ticket }));
+}
+
+function joined() {
+  const all = (name) => {
+    const whole = new Float64Array(pieces.reduce((sum, one) => sum + one[name].length, 0));
+    pieces.reduce((at, one) => { whole.set(one[name], at); return at + one[name].length; }, 0);
+    return whole;
+  };
+  const count = pieces.reduce((sum, one) => sum + one.count, 0);
+  return { ...pieces[0], count, error: all("error"), command: all("command"), values: all("values") };
+}
+let waiting = null, busy = false, redraw = [], rows = [];
 
 // A choice with its label; ``changed`` is called with the number of the chosen one.
 function choice(label, names, chosen, changed) {
@@ -294,22 +321,14 @@ function download() {
 // Only the last of several wishes is simulated.
 function ask() {
   keep();
-  waiting = { given: asked(false), ticket: asking += 1 };
-  if (!busy) send();
+  waiting = asked(false);
+  if (!busy) simulate(waiting);
 }
 
 // Another motion has another curve before the change.
 function restart() {
-  busy = true;
-  waiting = null;
-  worker.postMessage({ kind: "simulate", given: asked(true), ticket: 0 });
-}
-
-function send() {
-  if (!waiting) return;
-  busy = true;
-  worker.postMessage({ kind: "simulate", ...waiting });
-  waiting = null;
+  before = null;
+  simulate(asked(true));
 }
 
 function told(found) {
@@ -323,25 +342,33 @@ function told(found) {
   shownOf("laboratory-values").replaceChildren(...lines);
 }
 
-worker.onmessage = ({ data: answer }) => {
-  if (answer.ready) { restart(); return; }
+workers.forEach((worker, k) => {
+  worker.onmessage = ({ data: answer }) => {
+    ready += Boolean(answer.ready);
+    if (answer.ready) { if (ready === workers.length) restart(); return; }
+    if (answer.ticket !== ticket) return;
+    pieces[k] = answer.found;
+    if (pieces.every(Boolean)) answered(joined());
+  };
+  worker.onerror = (problem) => {
+    shownOf("laboratory-problem").textContent
+      = `The laboratory does not work here: ${problem.message}`;
+  };
+});
+
+function answered(found) {
   busy = false;
-  if (!answer.ticket) { before = answer.found; ask(); return; }
-  if (answer.found.motion === motion) {
-    now = answer.found;
-    if (!redraw.length) {
-      const { error, command } = data.units, places = shownOf("laboratory-charts");
-      redraw = [["error", error], ["command", command]].map(([part, unit]) =>
-        chart(places.appendChild(element("div", {})), `${part} [${unit}]`, part));
-    }
-    redraw.forEach((one) => one());
-    told(now);
+  if (before === null) { before = found; ask(); return; }
+  now = found;
+  if (!redraw.length) {
+    const { error, command } = data.units, places = shownOf("laboratory-charts");
+    redraw = [["error", error], ["command", command]].map(([part, unit]) =>
+      chart(places.appendChild(element("div", {})), `${part} [${unit}]`, part));
   }
-  send();
-};
-worker.onerror = (problem) => {
-  shownOf("laboratory-problem").textContent = `The laboratory does not work here: ${problem.message}`;
-};
+  redraw.forEach((one) => one());
+  told(now);
+  if (waiting) simulate(waiting);
+}
 
 async function begin() {
   recall();
@@ -376,6 +403,6 @@ async function begin() {
   shownOf("laboratory-controls").append(element("fieldset", {},
     element("legend", { textContent: "Drawn" }), ...choices, count.row, reset, " ", save), ...boxes);
   shownOf("laboratory").hidden = false;
-  worker.postMessage({ kind: "prepare", given: data });
+  workers.forEach((worker) => worker.postMessage({ kind: "prepare", given: data }));
 }
 begin();
