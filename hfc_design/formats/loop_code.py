@@ -32,7 +32,7 @@ from hfc_design.simulation.closed_loop import (
     next_state,
     start,
 )
-from hfc_design.simulation.flattening import joined
+from hfc_design.simulation.flattening import Code, joined
 
 #: Arrays in which two machines are side by side.
 LANES = ("parameters", "fixed", "state", "values")
@@ -68,40 +68,11 @@ def loop_code(design: Design, scenario: Scenario) -> LoopCode:
     samples = scenario.each_motion()[0].samples()
     row = _row(samples)
     fixed = jax.eval_shape(closed.coefficients, parameters)
-
-    def prepare(numbers: Any, parameters: Any) -> Any:
-        return joined(code, numbers).coefficients(parameters)
-
-    def begin(numbers: Any, fixed: Any, law: Any, started: Any) -> Any:
-        loop = joined(code, numbers)
-        machine = start(loop, fixed, 0.0, started, law)
-        return machine, first_monitor(loop, 0.0, machine)
-
-    def sample(
-        numbers: Any, nominal: Any, fixed: Any, every: Any, law: Any, state: Any, row: Any
-    ) -> Any:
-        loop, (before, watch) = joined(code, numbers), state
-        after = next_state(loop, nominal, fixed, every, law, before, row)
-        return after, monitored(loop, fixed, every, before, after.commands, watch, row)[0]
-
-    def judge(numbers: Any, state: Any) -> Any:
-        parts, sums = joined(code, numbers).judge, state[1].sums
-        values = parts.values(sums[: len(parts.objectives)])
-        pairs = zip(parts.measured, sums[len(values) :], strict=True)
-        return [*values, *(one.value(totals) for one, totals in pairs)]
-
-    state = jax.eval_shape(begin, numbers, fixed, law, samples.start)
-    values = jax.eval_shape(judge, numbers, state)
+    parts = _functions(code)
+    state = jax.eval_shape(parts["begin"][0], numbers, fixed, law, samples.start)
     each: dict[str, Any] = {"loop": numbers, "nominal": parameters, "parameters": parameters}
     each |= {"fixed": fixed, "every": 0.0, "gains": law, "state": state, "row": row}
-    each["values"] = values
-    each["start"] = samples.start
-    parts: dict[str, tuple[Callable[..., Any], str, str]] = {
-        "prepare": (prepare, "loop parameters", "fixed"),
-        "begin": (begin, "loop fixed gains start", "state"),
-        "sample": (sample, "loop nominal fixed every gains state row", "state"),
-        "judge": (judge, "loop state", "values"),
-    }
+    each |= {"values": jax.eval_shape(parts["judge"][0], numbers, state), "start": samples.start}
     try:
         code_of = module({name: _body(each, *part) for name, part in parts.items()})
     except TraceError as error:
@@ -125,6 +96,38 @@ def loop_code(design: Design, scenario: Scenario) -> LoopCode:
         places=[getattr(one, drive.position) for drive, one in pairs],
         references=[one.reference for one in columns.axes],
     )
+
+
+def _functions(code: Code) -> dict[str, tuple[Callable[..., Any], str, str]]:
+    """Return the functions of a loop: each with its arguments, and the array that it writes."""
+
+    def prepare(numbers: Any, parameters: Any) -> Any:
+        return joined(code, numbers).coefficients(parameters)
+
+    def begin(numbers: Any, fixed: Any, law: Any, started: Any) -> Any:
+        loop = joined(code, numbers)
+        machine = start(loop, fixed, 0.0, started, law)
+        return machine, first_monitor(loop, 0.0, machine)
+
+    def sample(
+        numbers: Any, nominal: Any, fixed: Any, every: Any, law: Any, state: Any, row: Any
+    ) -> Any:
+        loop, (before, watch) = joined(code, numbers), state
+        after = next_state(loop, nominal, fixed, every, law, before, row)
+        return after, monitored(loop, fixed, every, before, after.commands, watch, row)[0]
+
+    def judge(numbers: Any, state: Any) -> Any:
+        parts, sums = joined(code, numbers).judge, state[1].sums
+        values = parts.values(sums[: len(parts.objectives)])
+        pairs = zip(parts.measured, sums[len(values) :], strict=True)
+        return [*values, *(one.value(totals) for one, totals in pairs)]
+
+    return {
+        "prepare": (prepare, "loop parameters", "fixed"),
+        "begin": (begin, "loop fixed gains start", "state"),
+        "sample": (sample, "loop nominal fixed every gains state row", "state"),
+        "judge": (judge, "loop state", "values"),
+    }
 
 
 def loop_of(design: Design, scenario: Scenario) -> tuple[Loop, Gains]:
