@@ -214,11 +214,10 @@ def _exp() -> bytes:
     code += number(terms[-1])
     for term in reversed(terms[:-1]):
         code += GET + rest + op("*") + number(term) + op("+")
-    one = _simd(CONST) + 2 * struct.pack("<d", 1.0)
     half = GET + n + number(0.5) + op("*") + op("rint")
     for power in (half + TEE + x, GET + n + GET + x + op("-")):  # so that 2^n may be below 2^-1022
         code += power + number(MAGIC) + op("+") + b"\x41\x34" + _simd(SHIFT)
-        code += one + _simd(ADD_BITS) + op("*")
+        code += number(1.0) + _simd(ADD_BITS) + op("*")
     return b"\x01\x02" + V128 + code + b"\x0b"
 
 

@@ -33,6 +33,7 @@ from hfc_design.simulation.closed_loop import (
     start,
 )
 from hfc_design.simulation.flattening import Code, joined
+from hfc_design.simulation.following import columns
 
 #: Arrays in which two machines are side by side.
 LANES = ("parameters", "fixed", "state", "values")
@@ -65,8 +66,9 @@ def loop_code(design: Design, scenario: Scenario) -> LoopCode:
     code, numbers = closed.apart
     parameters = tuple(machine(design, scenario).values())
     law = jax.tree.map(_nested, gains)
-    samples = scenario.each_motion()[0].samples()
-    row = _row(samples)
+    motion = scenario.each_motion()[0]
+    samples = motion.samples()
+    row = columns(samples, motion.simulation.steps)
     fixed = jax.eval_shape(closed.coefficients, parameters)
     parts = _functions(code)
     state = jax.eval_shape(parts["begin"][0], numbers, fixed, law, samples.start)
@@ -78,7 +80,7 @@ def loop_code(design: Design, scenario: Scenario) -> LoopCode:
     except TraceError as error:
         raise UserError(f"no code of this loop: {error}") from None
     places = jax.tree.unflatten(jax.tree.structure(state), range(len(jax.tree.leaves(state))))
-    columns = jax.tree.unflatten(jax.tree.structure(row), range(len(jax.tree.leaves(row))))
+    given = jax.tree.unflatten(jax.tree.structure(row), range(len(jax.tree.leaves(row))))
     pairs = zip(closed.machine.drives, places[0].states, strict=True)
     return LoopCode(
         module=code_of,
@@ -94,7 +96,7 @@ def loop_code(design: Design, scenario: Scenario) -> LoopCode:
         ],
         commands=places[0].commands[0],
         places=[getattr(one, drive.position) for drive, one in pairs],
-        references=[one.reference for one in columns.axes],
+        references=[one.reference for one in given.axes],
     )
 
 
@@ -143,17 +145,14 @@ def loop_of(design: Design, scenario: Scenario) -> tuple[Loop, Gains]:
 
 def rows(samples: Samples, steps: int) -> Floats:
     """Return the numbers of each row (steps, numbers), in the order of the code's ``row``."""
-    leaves = jax.tree.leaves(_row(samples))
-    return np.stack([np.broadcast_to(np.asarray(x, float), steps) for x in leaves], axis=1)
-
-
-def _row(samples: Samples) -> Samples:
-    axes = (x._replace(loads=tuple(x.loads), noise=tuple(x.noise)) for x in samples.axes)
-    return samples._replace(axes=tuple(axes), sample_time=None, start=(), copy_start=())
+    return np.stack(jax.tree.leaves(columns(samples, steps)), axis=1)
 
 
 def _nested(leaf: Any) -> Any:
-    """Return a leaf (..., 1 individual) as nested tuples of numbers, see ``stepping.nested``."""
+    """Return a leaf (..., 1 individual) as nested tuples of numbers.
+
+    ``stepping.nested`` does that for JAX, which compiles a program for each number outside of one.
+    """
 
     def tuples(x: Any) -> Any:
         return tuple(map(tuples, x)) if isinstance(x, list) else x

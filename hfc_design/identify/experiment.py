@@ -291,8 +291,9 @@ def _default_limits(setup: Setup, run: _Run) -> Limits:
     each, one = scenario.each_motion(), scenario.plant.each()[axis]
     axes = [motion.samples().axes[axis] for motion in each]
     travel = max(float(np.ptp(x.reference)) for x in axes)
-    with np.errstate(all="ignore"):  # a machine diverges
+    with np.errstate(all="ignore"):
         speeds = np.abs(np.diff(run.place, axis=0)).max(axis=0) / setup.every
+    speeds = np.where(np.isfinite(speeds), speeds, np.inf)  # it diverges
     speed = max(float(np.abs(x.reference_rate).max()) for x in axes)
     speed = max(speed, float(np.nan_to_num(np.quantile(speeds, MOST, method="lower"), posinf=0.0)))
     faster = [x.reference_acceleration for x in axes if x.reference_acceleration is not None]

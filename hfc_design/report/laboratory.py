@@ -58,6 +58,7 @@ def laboratory(design: Design, scenario: Scenario) -> Json:
     plant, units = machine(design, scenario), scenario.units.signals
     data["axes"] = [one.name for one in plant.each()] if plant.axes else [""]
     data["units"] = {name: units[name] for name in ("error", "command")}
+    data["most"] = MACHINES + 1
     data["design"] = design.model_dump(mode="json")
     data["sliders"] = [one._asdict() for one in sliders(design, scenario, code)]
     return data

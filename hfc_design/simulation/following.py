@@ -51,7 +51,7 @@ def moved(
     loop, size = setup.loop, machines.size
     code, numbers = loop._replace(controller=Excited(loop.controller, False)).apart
     lasting = setup.point.row.sample_time, setup.point.row.start
-    shared = numbers, machines.nominal, setup.gains, lasting, _columns(rows, added.shape[-1])
+    shared = numbers, machines.nominal, setup.gains, lasting, columns(rows, added.shape[-1])
     each = added, [*noise]
     width = -(-size // -(-size // AT_ONCE))  # chunks of one size share a program
     parts = []
@@ -104,7 +104,7 @@ def followed(
     return command, seen + values[:, 0].T
 
 
-def _columns(rows: Samples, steps: int) -> Samples:
+def columns(rows: Samples, steps: int) -> Samples:
     """Return the samples with every leaf (steps,), as a scan needs them."""
     axes = (x._replace(loads=tuple(x.loads), noise=tuple(x.noise)) for x in rows.axes)
     rows = rows._replace(axes=tuple(axes), sample_time=None, start=(), copy_start=())

@@ -5,14 +5,13 @@ import subprocess
 
 import numpy as np
 
-from hfc_design.codegen.wasm import MATH
-
 RUN = """
 import * as fs from "node:fs";
-const { functions, calls } = JSON.parse(fs.readFileSync("calls.json"));
+const calls = JSON.parse(fs.readFileSync("calls.json"));
 const given = fs.readFileSync("memory.in"), memory = new WebAssembly.Memory({ initial: PAGES });
-const m = { memory, ...Object.fromEntries(functions.map((name) => [name, Math[name]])) };
 const compiled = new WebAssembly.Module(fs.readFileSync("law.wasm"));
+const called = WebAssembly.Module.imports(compiled).map(({ name }) => [name, Math[name]]);
+const m = { ...Object.fromEntries(called), memory };
 const made = new WebAssembly.Instance(compiled, { m }).exports;
 new Uint8Array(memory.buffer).set(given);
 for (const [name, ...addresses] of calls) made[name](...addresses);
@@ -25,7 +24,7 @@ def in_node(node, module, memory, calls, folder):
     memory = np.asarray(memory, float)
     (folder / "law.wasm").write_bytes(module)
     (folder / "memory.in").write_bytes(memory.tobytes())
-    (folder / "calls.json").write_text(json.dumps({"functions": [*MATH], "calls": calls}))
+    (folder / "calls.json").write_text(json.dumps(calls))
     (folder / "run.mjs").write_text(RUN.replace("PAGES", str(1 + memory.nbytes // 65536)))
     subprocess.run([node, "run.mjs"], cwd=folder, check=True)
     return np.fromfile(folder / "memory.out")

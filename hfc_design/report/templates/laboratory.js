@@ -24,7 +24,6 @@ async function doubles(text) {
 
 // The simulator of a page, which runs in a worker: two machines at once, see formats/loop_code.py.
 function simulator() {
-  const math = ["expm1", "log", "log1p", "tanh", "sin", "cos", "tan", "atan", "atan2", "pow"];
   let data, made, memory, places, motions, machines, size;
 
   async function prepared(given) {
@@ -57,9 +56,10 @@ function simulator() {
       top += 16 * Math.ceil(count / 2);
     }
     const store = new WebAssembly.Memory({ initial: 1 + Math.ceil(top / 65536) });
-    const known = Object.fromEntries(math.map((name) => [name, Math[name]]));
     const compiled = new WebAssembly.Module(await unpacked(data.module));
-    made = new WebAssembly.Instance(compiled, { m: { memory: store, ...known } }).exports;
+    const called = WebAssembly.Module.imports(compiled).map(({ name }) => [name, Math[name]]);
+    const m = { ...Object.fromEntries(called), memory: store };
+    made = new WebAssembly.Instance(compiled, { m }).exports;
     memory = new Float64Array(store.buffer);
     memory.set([data.every], places.every / 8);
     memory.set(data.start, places.start / 8);
@@ -125,7 +125,7 @@ const data = JSON.parse(shownOf("laboratory-data").textContent);
 const dark = matchMedia("(prefers-color-scheme: dark)");
 const own = {};
 const digits = (x) => Number(x.toPrecision(4)).toString();
-const STEPS = 1000, POINTS = 500, FAR = 1, MOST = 200;
+const STEPS = 1000, POINTS = 500, FAR = 1, KEPT_AFTER = 300;
 const moved = new Map();  // number of a slider -> its value; those that are not moved are not in it
 let machines = 20, motion = data.motions[0].name, axis = 0, before = null, now = null;
 
@@ -283,7 +283,13 @@ function choice(label, names, chosen, changed) {
 }
 
 // What was moved, as the part of the address behind "#"; and back.
+// Browsers allow a hundred changes of the address in half a minute.
+let keeping = 0;
 function keep() {
+  clearTimeout(keeping);
+  keeping = setTimeout(kept, KEPT_AFTER);
+}
+function kept() {
   const values = Object.fromEntries([...moved].map(([k, x]) => [data.sliders[k].label, x]));
   const state = JSON.stringify({ values, machines, motion, axis });
   history.replaceState(null, "", `#${encodeURIComponent(state)}`);
@@ -295,7 +301,7 @@ function recall() {
     const value = state.values?.[one.label];
     if (Number.isFinite(value)) moved.set(k, value);
   }
-  if (state.machines >= 1 && state.machines <= MOST) machines = Math.round(state.machines);
+  if (state.machines >= 1 && state.machines <= data.most) machines = Math.round(state.machines);
   if (data.motions.some(({ name }) => name === state.motion)) motion = state.motion;
   if (data.axes[state.axis] !== undefined) axis = state.axis;
 }
@@ -386,7 +392,7 @@ async function begin() {
     });
     return element("fieldset", {}, element("legend", { textContent: title }), ...made);
   });
-  const many = { low: 1, high: MOST, unit: "" }, names = data.motions.map(({ name }) => name);
+  const many = { low: 1, high: data.most, unit: "" }, names = data.motions.map(({ name }) => name);
   const count = slider("machines", many, machines, (x) => { machines = Math.round(x); ask(); });
   const reset = element("button", { type: "button", textContent: "Reset" });
   reset.onclick = () => {

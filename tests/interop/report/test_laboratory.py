@@ -66,6 +66,7 @@ def test_a_moved_slider_gives_what_the_simulator_computes(browser, name, tmp_pat
     downloaded = api.load_design(tmp_path / "design.json")
     assert downloaded.controller == api.load_design(design, of).controller
     # The address holds what was moved: the page opens again with it.
+    browser.value("kept()")
     browser.send("Page.reload")
     browser.until("typeof now !== 'undefined' && now !== null")
     assert browser.value("JSON.stringify(changedDesign())") == text
